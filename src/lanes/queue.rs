@@ -1,0 +1,295 @@
+//! Records, batches and queues.
+//!
+//! A *record* is declared once with [`record!`](crate::record) and exists in two shapes: one lane and eight. A
+//! [`Queue`] is a list of batches and a length; what a kernel keeps of a batch is pushed under a mask and closes up with
+//! what is there already, so every batch but the last is full.
+
+use super::{Rgbx8, Vec3x8, WIDTH, f32x8, first_lanes, u32x8};
+
+/// A field's one-lane type, and how it sits in its eight-lane type.
+pub trait Lane: Copy {
+    /// Eight of them.
+    type Wide: Shuffle;
+    /// Reads a lane.
+    fn get(wide: &Self::Wide, lane: usize) -> Self;
+    /// Writes a lane.
+    fn set(self, wide: &mut Self::Wide, lane: usize);
+}
+
+/// What a queue needs of an eight-lane type.
+pub trait Shuffle: Copy + Default {
+    /// Lane `i` of the result is lane `order[i]` of `self`; each index is below 8.
+    fn shuffle(&self, order: u32x8) -> Self;
+    /// `on` where the mask is on, `off` elsewhere.
+    fn select(mask: f32x8, on: &Self, off: &Self) -> Self;
+}
+
+impl Shuffle for f32x8 {
+    #[inline]
+    fn shuffle(&self, order: u32x8) -> Self {
+        (*self).shuffle(order)
+    }
+    #[inline]
+    fn select(mask: f32x8, on: &Self, off: &Self) -> Self {
+        mask.select(*on, *off)
+    }
+}
+
+impl Shuffle for u32x8 {
+    #[inline]
+    fn shuffle(&self, order: u32x8) -> Self {
+        (*self).shuffle(order)
+    }
+    #[inline]
+    fn select(mask: f32x8, on: &Self, off: &Self) -> Self {
+        mask.select(*on, *off)
+    }
+}
+
+macro_rules! shuffle_by_fields {
+    ($type:ident { $($field:ident),+ }) => {
+        impl Shuffle for $type {
+            #[inline]
+            fn shuffle(&self, order: u32x8) -> Self {
+                Self { $($field: Shuffle::shuffle(&self.$field, order)),+ }
+            }
+            #[inline]
+            fn select(mask: f32x8, on: &Self, off: &Self) -> Self {
+                Self { $($field: Shuffle::select(mask, &on.$field, &off.$field)),+ }
+            }
+        }
+    };
+}
+shuffle_by_fields!(Vec3x8 { x, y, z });
+shuffle_by_fields!(Rgbx8 { r, g, b });
+
+impl Lane for f32 {
+    type Wide = f32x8;
+    #[inline]
+    fn get(wide: &f32x8, lane: usize) -> f32 {
+        wide.as_array()[lane]
+    }
+    #[inline]
+    fn set(self, wide: &mut f32x8, lane: usize) {
+        wide.as_mut_array()[lane] = self;
+    }
+}
+
+impl Lane for u32 {
+    type Wide = u32x8;
+    #[inline]
+    fn get(wide: &u32x8, lane: usize) -> u32 {
+        wide.as_array()[lane]
+    }
+    #[inline]
+    fn set(self, wide: &mut u32x8, lane: usize) {
+        wide.as_mut_array()[lane] = self;
+    }
+}
+
+/// A batch: eight records, field by field.
+pub trait Batch: Shuffle {
+    /// One lane of it.
+    type Record: Copy;
+    /// Reads a lane.
+    fn lane(&self, lane: usize) -> Self::Record;
+    /// Writes a lane.
+    fn set_lane(&mut self, lane: usize, record: Self::Record);
+}
+
+/// Declares a record in its two shapes from one list of fields.
+///
+/// ```
+/// use glam::Vec3;
+/// ondine::record! {
+///     /// A ray.
+///     pub struct Ray, RayX8 {
+///         /// World space.
+///         origin: Vec3,
+///         /// Greatest distance, scene units.
+///         t_max: f32,
+///     }
+/// }
+/// let mut queue = ondine::lanes::Queue::<RayX8>::with_capacity(100);
+/// queue.push_one(Ray { origin: Vec3::ZERO, t_max: 1.0 });
+/// assert_eq!(queue.len(), 1);
+/// assert_eq!(queue.get(0).t_max, 1.0);
+/// ```
+#[macro_export]
+macro_rules! record {
+    (
+        $(#[$doc:meta])*
+        pub struct $one:ident, $eight:ident {
+            $( $(#[$field_doc:meta])* $field:ident : $type:ty ),+ $(,)?
+        }
+    ) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default)]
+        pub struct $one { $( $(#[$field_doc])* pub $field: $type ),+ }
+
+        $(#[$doc])*
+        ///
+        /// Eight of them.
+        #[derive(Clone, Copy, Debug, Default)]
+        #[repr(C)]
+        pub struct $eight {
+            $( $(#[$field_doc])* pub $field: <$type as $crate::lanes::Lane>::Wide ),+
+        }
+
+        impl $crate::lanes::Shuffle for $eight {
+            #[inline]
+            fn shuffle(&self, order: $crate::lanes::u32x8) -> Self {
+                Self { $( $field: $crate::lanes::Shuffle::shuffle(&self.$field, order) ),+ }
+            }
+            #[inline]
+            fn select(mask: $crate::lanes::f32x8, on: &Self, off: &Self) -> Self {
+                Self { $( $field: $crate::lanes::Shuffle::select(mask, &on.$field, &off.$field) ),+ }
+            }
+        }
+
+        impl $crate::lanes::Batch for $eight {
+            type Record = $one;
+            #[inline]
+            fn lane(&self, lane: usize) -> $one {
+                $one { $( $field: <$type as $crate::lanes::Lane>::get(&self.$field, lane) ),+ }
+            }
+            #[inline]
+            fn set_lane(&mut self, lane: usize, record: $one) {
+                $( $crate::lanes::Lane::set(record.$field, &mut self.$field, lane); )+
+            }
+        }
+    };
+}
+
+/// A list of records in batches of eight, all full but the last. Capacity is fixed when it is made.
+#[derive(Clone, Debug)]
+pub struct Queue<B> {
+    batches: Vec<B>,
+    len: usize,
+}
+
+impl<B: Batch> Queue<B> {
+    /// Room for `capacity` records.
+    pub fn with_capacity(capacity: usize) -> Self {
+        // One batch beyond: `push` always writes the batch after the tail too, so that it has no branch.
+        Self {
+            batches: vec![B::default(); capacity.div_ceil(WIDTH) + 1],
+            len: 0,
+        }
+    }
+
+    /// Records in it.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether it holds none.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Empties it and keeps its room.
+    #[inline]
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Appends the lanes of `batch` that `mask` has on, in lane order.
+    ///
+    /// # Panics
+    /// When the queue is full: a stage was given a wave larger than its workspace.
+    #[inline]
+    pub fn push(&mut self, mask: f32x8, batch: &B) {
+        let mask = mask.to_bitmask() as usize;
+        let tail = self.len / WIDTH;
+        let offset = self.len % WIDTH;
+        self.len += mask.count_ones() as usize;
+        if mask == 0xff && offset == 0 {
+            self.batches[tail] = *batch;
+            return;
+        }
+        // Kept lanes first, then turned right by `offset`: one shuffle serves the tail and the batch behind it.
+        let order = COMPRESS[mask].shuffle(ROTATE[offset]);
+        let shuffled = batch.shuffle(order);
+        let [tail, next] = &mut self.batches[tail..tail + 2] else {
+            unreachable!("a slice of two")
+        };
+        *tail = B::select(first_lanes(offset), tail, &shuffled);
+        *next = shuffled;
+    }
+
+    /// Appends one record.
+    ///
+    /// # Panics
+    /// When the queue is full.
+    pub fn push_one(&mut self, record: B::Record) {
+        self.batches[self.len / WIDTH].set_lane(self.len % WIDTH, record);
+        self.len += 1;
+    }
+
+    /// Record `index`.
+    ///
+    /// # Panics
+    /// When there is no such record.
+    pub fn get(&self, index: usize) -> B::Record {
+        assert!(index < self.len, "record {index} of {}", self.len);
+        self.batches[index / WIDTH].lane(index % WIDTH)
+    }
+
+    /// Each batch with the mask of its live lanes. Dead lanes hold arbitrary bits.
+    #[inline]
+    pub fn batches(&self) -> impl Iterator<Item = (f32x8, &B)> {
+        let len = self.len;
+        self.batches[..len.div_ceil(WIDTH)]
+            .iter()
+            .enumerate()
+            .map(move |(i, batch)| (first_lanes(len - i * WIDTH), batch))
+    }
+}
+
+/// For each mask, the lanes that are on, ascending, then the lanes that are off.
+static COMPRESS: [u32x8; 256] = {
+    let mut table = [u32x8::new([0; 8]); 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let mut order = [0; 8];
+        let mut filled = 0;
+        let mut wanted = 1;
+        loop {
+            let mut lane = 0;
+            while lane < 8 {
+                if (mask >> lane) & 1 == wanted {
+                    order[filled] = lane as u32;
+                    filled += 1;
+                }
+                lane += 1;
+            }
+            if wanted == 0 {
+                break;
+            }
+            wanted = 0;
+        }
+        table[mask] = u32x8::new(order);
+        mask += 1;
+    }
+    table
+};
+
+/// Turns right by 0 to 7 lanes.
+static ROTATE: [u32x8; 8] = {
+    let mut table = [u32x8::new([0; 8]); 8];
+    let mut by = 0;
+    while by < 8 {
+        let mut order = [0; 8];
+        let mut lane = 0;
+        while lane < 8 {
+            order[lane] = ((lane + 8 - by) % 8) as u32;
+            lane += 1;
+        }
+        table[by] = u32x8::new(order);
+        by += 1;
+    }
+    table
+};

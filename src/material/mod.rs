@@ -1,0 +1,140 @@
+//! Floor 2: materials. One file per BSDF, eight lanes at a time; a kernel never branches on the kind.
+
+mod lambert;
+
+pub use lambert::Lambert;
+
+use crate::lanes::{Rgb, Rgbx8, Vec3x8, WIDTH, f32x8, u32x8};
+
+/// A material as a scene describes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Material {
+    /// Ideal diffuse reflection: `albedo / π`. Two-sided.
+    Lambert {
+        /// Hemispherical reflectance, each channel in [0, 1].
+        albedo: Rgb,
+    },
+    /// Ideal specular reflection. Two-sided.
+    Mirror {
+        /// Fraction reflected at any angle, each channel in [0, 1].
+        reflectance: Rgb,
+    },
+    /// A smooth dielectric: Fresnel reflection and refraction, total internal reflection.
+    Glass {
+        /// Index of refraction inside (behind the normal) over outside; above 0.
+        ior: f32,
+    },
+    /// Normalised modified Phong: `diffuse / π + specular · (n + 2) / 2π · cosⁿα` (Lafortune & Willems 1994). Two-sided.
+    Phong {
+        /// Diffuse reflectance; with `specular` at most 1 per channel.
+        diffuse: Rgb,
+        /// Specular reflectance.
+        specular: Rgb,
+        /// The exponent n, at least 0.
+        exponent: f32,
+    },
+    /// A rough conductor: GGX, Smith masking, constant Fresnel reflectance. Two-sided.
+    Conductor {
+        /// GGX alpha (not squared), in (0, 1].
+        roughness: f32,
+        /// Fresnel reflectance at any angle.
+        reflectance: Rgb,
+    },
+}
+
+/// Which kernel shades a material: the index of its shading queue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Kind {
+    /// [`Material::Lambert`].
+    Lambert,
+    /// [`Material::Mirror`].
+    Mirror,
+    /// [`Material::Glass`].
+    Glass,
+    /// [`Material::Phong`].
+    Phong,
+    /// [`Material::Conductor`].
+    Conductor,
+}
+
+impl Kind {
+    /// Every kind, in the order of their queues.
+    pub const ALL: [Kind; 5] = [
+        Kind::Lambert,
+        Kind::Mirror,
+        Kind::Glass,
+        Kind::Phong,
+        Kind::Conductor,
+    ];
+}
+
+/// A material's parameters as the kernels read them; the meaning of each field is the BSDF's own.
+pub type Row = [f32; WIDTH];
+
+impl Material {
+    /// Which kernel shades it.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Material::Lambert { .. } => Kind::Lambert,
+            Material::Mirror { .. } => Kind::Mirror,
+            Material::Glass { .. } => Kind::Glass,
+            Material::Phong { .. } => Kind::Phong,
+            Material::Conductor { .. } => Kind::Conductor,
+        }
+    }
+
+    /// Its parameters as the kernels read them.
+    pub fn row(&self) -> Row {
+        match *self {
+            Material::Lambert { albedo } => Lambert::row(albedo),
+            _ => unimplemented!("helper writes these"),
+        }
+    }
+}
+
+/// The value of a BSDF for a pair of directions.
+#[derive(Clone, Copy, Debug)]
+pub struct EvalX8 {
+    /// BSDF × |cos θi|, per steradian.
+    pub value: Rgbx8,
+    /// Density with which [`Bsdf::sample`] draws this direction, per steradian.
+    pub pdf: f32x8,
+}
+
+/// A direction drawn from a BSDF.
+#[derive(Clone, Copy, Debug)]
+pub struct SampleX8 {
+    /// The drawn direction, local frame, unit, away from the surface.
+    pub wi: Vec3x8,
+    /// BSDF × |cos θi| ÷ pdf; zero where no valid direction was found.
+    pub weight: Rgbx8,
+    /// Density per steradian, as [`Bsdf::eval`] gives it; +∞ for a discrete (specular) choice.
+    pub pdf: f32x8,
+}
+
+/// A BSDF, eight lanes at a time.
+///
+/// Directions are unit vectors of the local shading frame (normal +z) and point away from the surface: `wo` towards where
+/// the path came from, `wi` towards where it goes on. For opaque materials the frame is turned so that `wo.z ≥ 0`; a
+/// [`TRANSMISSIVE`](Bsdf::TRANSMISSIVE) one keeps the outward normal and tells the side by the sign of `wo.z`.
+pub trait Bsdf: Copy {
+    /// Its shading queue.
+    const KIND: Kind;
+    /// Whether every direction is a discrete choice, so that no light sample can meet it.
+    const SPECULAR: bool;
+    /// Whether light passes through.
+    const TRANSMISSIVE: bool;
+
+    /// Reads the parameters of eight materials.
+    fn load(table: &[Row], ids: u32x8) -> Self;
+
+    /// BSDF × |cos θi| and density; both zero for a specular BSDF and where `wi` or `wo` is below the surface.
+    fn eval(&self, wo: Vec3x8, wi: Vec3x8) -> EvalX8;
+
+    /// Draws `wi` by `direction` in [0, 1)², and by `lobe` in [0, 1) where there is more than one lobe.
+    fn sample(&self, wo: Vec3x8, direction: (f32x8, f32x8), lobe: f32x8) -> SampleX8;
+
+    /// The colour of the albedo layer: the reflectance, or white where all light goes on.
+    fn albedo(&self) -> Rgbx8;
+}

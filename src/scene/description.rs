@@ -1,0 +1,207 @@
+//! A scene as its author wrote it: plain values, checked, before it is compiled into tables for the kernels.
+
+use crate::lanes::Rgb;
+use crate::material::Material;
+use glam::Vec3;
+
+/// A whole scene file.
+#[derive(Clone, Debug)]
+pub struct Description {
+    /// Where it came from: a path as the user named it, or the name of a built-in scene.
+    pub name: String,
+    /// The cameras, in file order; the first renders unless another is asked for by name. At least one.
+    pub cameras: Vec<NamedCamera>,
+    /// Size and pixel filter.
+    pub film: FilmDescription,
+    /// What the scene would like to be rendered with.
+    pub render: RenderDefaults,
+    /// The materials, by index from objects and lights.
+    pub materials: Vec<NamedMaterial>,
+    /// What scatters.
+    pub objects: Vec<Object>,
+    /// What emits.
+    pub lights: Vec<Light>,
+    /// What surrounds everything.
+    pub environment: Option<Environment>,
+}
+
+/// A camera and its name; `camera` where the file has but `[camera]`.
+#[derive(Clone, Debug)]
+pub struct NamedCamera {
+    /// The name for `--camera`.
+    pub name: String,
+    /// The camera.
+    pub camera: Camera,
+}
+
+/// A perspective camera with a thin lens.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera {
+    /// Centre of the lens, world space.
+    pub position: Vec3,
+    /// A point on the optical axis.
+    pub look_at: Vec3,
+    /// Not parallel to the axis; need not be unit.
+    pub up: Vec3,
+    /// Degrees, in (0, 180).
+    pub vertical_fov: f32,
+    /// Scene units; 0 is a pinhole.
+    pub aperture_radius: f32,
+    /// Distance along the axis at which all is sharp; above 0.
+    pub focus_distance: f32,
+}
+
+/// Size and pixel filter.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmDescription {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// The pixel filter.
+    pub filter: Filter,
+}
+
+/// A pixel filter, importance-sampled so that a sample belongs to one pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Filter {
+    /// One pixel wide.
+    #[default]
+    Box,
+    /// Two pixels wide.
+    Tent,
+    /// Standard deviation half a pixel, cut off at a radius of 1.5 pixels.
+    Gaussian,
+}
+
+/// What a scene would like to be rendered with; the command line overrides it. `None` is the program's default.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RenderDefaults {
+    /// Samples per pixel.
+    pub spp: Option<u32>,
+    /// Greatest number of edges of a path.
+    pub path_length: Option<u32>,
+    /// Estimator.
+    pub strategy: Option<Strategy>,
+    /// Source of random numbers.
+    pub sampler: Option<SamplerKind>,
+    /// Seed.
+    pub seed: Option<u64>,
+    /// First path edge at which Russian roulette may end a path; none without it.
+    pub roulette: Option<u32>,
+}
+
+/// How light is looked for. All converge to the same image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
+pub enum Strategy {
+    /// Directions uniform over the hemisphere; light is found by hitting it.
+    Uniform,
+    /// Directions drawn from the BSDF; light is found by hitting it.
+    Cosine,
+    /// Light sources are sampled at every vertex; the BSDF only continues the path.
+    Light,
+    /// Both, combined by the power heuristic.
+    #[default]
+    Mis,
+}
+
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
+pub enum SamplerKind {
+    /// Independent numbers.
+    Pcg,
+    /// Owen-scrambled Sobol' pairs.
+    #[default]
+    Sobol,
+}
+
+/// A material and its name.
+#[derive(Clone, Debug)]
+pub struct NamedMaterial {
+    /// The name objects call it by.
+    pub name: String,
+    /// The material.
+    pub material: Material,
+}
+
+/// A shape. Meshes enter here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A sphere; its normal points outwards.
+    Sphere {
+        /// World space.
+        center: Vec3,
+        /// Above 0.
+        radius: f32,
+    },
+    /// A parallelogram `corner + a·u + b·v`, a and b in [0, 1]; its normal is `cross(u, v)`.
+    Quad {
+        /// World space.
+        corner: Vec3,
+        /// First edge.
+        u: Vec3,
+        /// Second edge.
+        v: Vec3,
+    },
+}
+
+/// Something that scatters.
+#[derive(Clone, Copy, Debug)]
+pub struct Object {
+    /// Its shape.
+    pub shape: Shape,
+    /// Index into the materials.
+    pub material: usize,
+}
+
+/// A shape that emits.
+#[derive(Clone, Copy, Debug)]
+pub struct Light {
+    /// Its shape.
+    pub shape: Shape,
+    /// W·sr⁻¹·m⁻², the same in every direction; not negative.
+    pub radiance: Rgb,
+    /// Whether it also emits on the inside of a sphere, the back of a quad.
+    pub two_sided: bool,
+    /// Index into the materials, where it also scatters.
+    pub material: Option<usize>,
+}
+
+/// What surrounds everything.
+#[derive(Clone, Debug)]
+pub enum Environment {
+    /// The same radiance from everywhere.
+    Constant(Rgb),
+    /// `L = horizon + (zenith|ground − horizon)·|d.y|`.
+    Gradient {
+        /// Radiance from +y.
+        zenith: Rgb,
+        /// Radiance from the horizon.
+        horizon: Rgb,
+        /// Radiance from −y.
+        ground: Rgb,
+    },
+    /// A lat-long image, +y up.
+    Image {
+        /// Its pixels.
+        image: std::sync::Arc<LatLong>,
+        /// Turn around +y, degrees, counter-clockwise seen from above.
+        rotate_degrees: f32,
+    },
+}
+
+/// A lat-long image of radiance: row 0 is at +y; each pixel is constant over its solid angle.
+///
+/// Column `x` covers the azimuths `φ = 2π·[x, x + 1) / width`, with the direction
+/// `(sin θ · sin φ, cos θ, −sin θ · cos φ)`: the middle of the image looks along +z, its left edge along −z.
+#[derive(Clone, Debug)]
+pub struct LatLong {
+    /// Where it came from.
+    pub file: String,
+    /// Pixels.
+    pub width: usize,
+    /// Pixels.
+    pub height: usize,
+    /// Row-major; finite, not negative.
+    pub pixels: Vec<Rgb>,
+}

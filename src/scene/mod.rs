@@ -1,0 +1,3 @@
+//! Floor 3: immutable scenes.
+
+pub mod description;
