@@ -1,6 +1,6 @@
 //! Warps from the unit square, eight at a time, each with its density.
 
-use crate::lanes::{Vec3x8, f32x8, safe_sqrt, sin_cos_turns};
+use crate::lanes::{Vec3x8, f32x8, pow_one_minus, safe_sqrt, sin_cos_turns};
 use std::f32::consts::FRAC_1_PI;
 
 /// Two numbers in [0, 1) a lane.
@@ -44,4 +44,91 @@ pub fn uniform_hemisphere(u: Pair) -> Vec3x8 {
 pub fn cosine_hemisphere(u: Pair) -> Vec3x8 {
     let (x, y) = uniform_disk(u);
     Vec3x8::new(x, y, safe_sqrt(f32x8::ONE - u.0))
+}
+
+/// Directions over the hemisphere z ≥ 0 with density `(n + 1) / 2π · zⁿ` per steradian
+/// (Lafortune & Willems 1994, sec. 4): `z = (1 − u)^(1 / (n + 1))`, and `1 − z` is what is computed.
+#[inline]
+pub fn cosine_power(u: Pair, n: f32x8) -> Vec3x8 {
+    let one_minus_z = -((-u.0).ln_1p() / (n + f32x8::ONE)).exp_m1();
+    polar(one_minus_z, u.1)
+}
+
+/// Density of [`cosine_power`] at the unit vector `local`, per steradian.
+#[inline]
+pub fn cosine_power_pdf(local: Vec3x8, n: f32x8) -> f32x8 {
+    let z = local.z.fast_max(f32x8::ZERO);
+    let one_minus_z = local.x.mul_add(local.x, local.y * local.y) / (z + f32x8::ONE);
+    let density = pow_one_minus(one_minus_z, n) * (n + f32x8::ONE) * (0.5 * FRAC_1_PI);
+    density & local.z.simd_gt(f32x8::ZERO)
+}
+
+/// Uniform directions in the cone around +z whose half-angle has the cosine `1 − one_minus_cos_max`;
+/// density [`cone_pdf`].
+///
+/// The difference, not the cosine, is the parameter: the cosine of a small angle rounds to 1.
+#[inline]
+pub fn cone(u: Pair, one_minus_cos_max: f32x8) -> Vec3x8 {
+    polar(u.0 * one_minus_cos_max, u.1)
+}
+
+/// Density of [`cone`] inside it, per steradian.
+#[inline]
+pub fn cone_pdf(one_minus_cos_max: f32x8) -> f32x8 {
+    f32x8::splat(0.5 * FRAC_1_PI) / one_minus_cos_max
+}
+
+/// The unit vector at `1 − z` and an azimuth in turns; exact near the pole.
+#[inline]
+fn polar(one_minus_z: f32x8, turns: f32x8) -> Vec3x8 {
+    let r = safe_sqrt(one_minus_z * (f32x8::splat(2.0) - one_minus_z));
+    let (sin, cos) = sin_cos_turns(turns);
+    Vec3x8::new(r * cos, r * sin, f32x8::ONE - one_minus_z)
+}
+
+/// On [-1, 1] with density [`tent_pdf`].
+#[inline]
+pub fn tent(u: f32x8) -> f32x8 {
+    let left = u.simd_lt(f32x8::HALF);
+    let tail = left.select(u, f32x8::ONE - u);
+    let from_end = f32x8::ONE - (tail * 2.0).sqrt();
+    left.select(-from_end, from_end)
+}
+
+/// `1 − |x|`, 0 beyond [-1, 1].
+#[inline]
+pub fn tent_pdf(x: f32x8) -> f32x8 {
+    (f32x8::ONE - x.abs()).fast_max(f32x8::ZERO)
+}
+
+/// Standard deviation of [`gaussian_truncated`], pixels.
+pub const GAUSSIAN_SIGMA: f32 = 0.5;
+
+/// Greatest radius of [`gaussian_truncated`], pixels.
+pub const GAUSSIAN_RADIUS: f32 = 1.5;
+
+/// The part of the Gaussian that is kept: `1 − exp(−R² / 2σ²)`.
+const GAUSSIAN_KEPT: f32 = 0.988_891;
+
+/// Offsets in the plane, pixels, with a Gaussian density cut off at a radius; density [`gaussian_truncated_pdf`]
+/// (Box & Muller 1958, on a part of the radii).
+#[inline]
+pub fn gaussian_truncated(u: Pair) -> (f32x8, f32x8) {
+    let exponent = (u.0 * -GAUSSIAN_KEPT).ln_1p();
+    let r = safe_sqrt(exponent * (-2.0 * GAUSSIAN_SIGMA * GAUSSIAN_SIGMA));
+    let (sin, cos) = sin_cos_turns(u.1);
+    (r * cos, r * sin)
+}
+
+/// Density of [`gaussian_truncated`], per square pixel.
+#[inline]
+pub fn gaussian_truncated_pdf(x: f32x8, y: f32x8) -> f32x8 {
+    const VARIANCE: f32 = GAUSSIAN_SIGMA * GAUSSIAN_SIGMA;
+    let r2 = x.mul_add(x, y * y);
+    let density = (r2 * (-0.5 / VARIANCE)).exp() * (0.5 * FRAC_1_PI / (VARIANCE * GAUSSIAN_KEPT));
+    // A hair beyond the radius, so that a rounded sample at the rim has a density.
+    density
+        & r2.simd_le(f32x8::splat(
+            GAUSSIAN_RADIUS * GAUSSIAN_RADIUS * (1.0 + 1e-6),
+        ))
 }
