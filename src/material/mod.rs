@@ -1,8 +1,16 @@
 //! Floor 2: materials. One file per BSDF, eight lanes at a time; a kernel never branches on the kind.
 
+mod conductor;
+mod glass;
 mod lambert;
+mod mirror;
+mod phong;
 
+pub use conductor::Conductor;
+pub use glass::Glass;
 pub use lambert::Lambert;
+pub use mirror::Mirror;
+pub use phong::Phong;
 
 use crate::lanes::{Rgb, Rgbx8, Vec3x8, WIDTH, f32x8, u32x8};
 
@@ -88,7 +96,17 @@ impl Material {
     pub fn row(&self) -> Row {
         match *self {
             Material::Lambert { albedo } => Lambert::row(albedo),
-            _ => unimplemented!("helper writes these"),
+            Material::Mirror { reflectance } => Mirror::row(reflectance),
+            Material::Glass { ior } => Glass::row(ior),
+            Material::Phong {
+                diffuse,
+                specular,
+                exponent,
+            } => Phong::row(diffuse, specular, exponent),
+            Material::Conductor {
+                roughness,
+                reflectance,
+            } => Conductor::row(roughness, reflectance),
         }
     }
 }

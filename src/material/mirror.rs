@@ -1,0 +1,62 @@
+//! Perfect specular reflection.
+
+use super::{Bsdf, EvalX8, Kind, Row, SampleX8};
+use crate::lanes::{Rgb, Rgbx8, Vec3x8, f32x8, gather_rows, u32x8};
+
+/// `reflectance · δ(wi − reflected wo) / |cos θi|` (Pharr, Jakob & Humphreys, PBR 4th ed., sec. 9.3).
+#[derive(Clone, Copy, Debug)]
+pub struct Mirror {
+    reflectance: Rgbx8,
+}
+
+impl Mirror {
+    /// The row of parameters.
+    pub fn row(reflectance: Rgb) -> Row {
+        [
+            reflectance.r,
+            reflectance.g,
+            reflectance.b,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        ]
+    }
+}
+
+impl Bsdf for Mirror {
+    const KIND: Kind = Kind::Mirror;
+    const SPECULAR: bool = true;
+    const TRANSMISSIVE: bool = false;
+
+    #[inline]
+    fn load(table: &[Row], ids: u32x8) -> Self {
+        let [r, g, b, ..] = gather_rows(table, ids);
+        Self {
+            reflectance: Rgbx8::new(r, g, b),
+        }
+    }
+
+    #[inline]
+    fn eval(&self, _wo: Vec3x8, _wi: Vec3x8) -> EvalX8 {
+        EvalX8 {
+            value: Rgbx8::ZERO,
+            pdf: f32x8::ZERO,
+        }
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3x8, _direction: (f32x8, f32x8), _lobe: f32x8) -> SampleX8 {
+        SampleX8 {
+            wi: Vec3x8::new(-wo.x, -wo.y, wo.z),
+            weight: self.reflectance,
+            pdf: f32x8::splat(f32::INFINITY),
+        }
+    }
+
+    #[inline]
+    fn albedo(&self) -> Rgbx8 {
+        self.reflectance
+    }
+}
