@@ -5,3 +5,5 @@ pub mod lanes;
 pub mod material;
 pub mod sampling;
 pub mod scene;
+pub mod shape;
+pub mod wavefront;

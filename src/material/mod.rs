@@ -92,6 +92,24 @@ impl Material {
         }
     }
 
+    /// The colour of the albedo layer: the reflectance, or white where all light goes on.
+    pub fn albedo(&self) -> Rgb {
+        match *self {
+            Material::Lambert { albedo } => albedo,
+            Material::Mirror { reflectance } | Material::Conductor { reflectance, .. } => {
+                reflectance
+            }
+            Material::Glass { .. } => Rgb::WHITE,
+            Material::Phong {
+                diffuse, specular, ..
+            } => Rgb::new(
+                diffuse.r + specular.r,
+                diffuse.g + specular.g,
+                diffuse.b + specular.b,
+            ),
+        }
+    }
+
     /// Its parameters as the kernels read them.
     pub fn row(&self) -> Row {
         match *self {

@@ -1,4 +1,220 @@
-//! Floor 3: immutable scenes.
+//! Floor 3: scenes. A loader reads a file into a [`description::Description`]; [`Scene::compile`] turns that into the
+//! immutable tables that the kernels read.
 
+pub mod camera;
 pub mod description;
 pub mod environment;
+pub mod light;
+
+use crate::lanes::{Rgb, Vec3x8, f32x8, gather_rows, u32x8};
+use crate::material::{self, Kind};
+use crate::shape::{Quad, Shapes, Sphere};
+use description::{Description, Shape};
+use environment::Sky;
+use glam::{DVec3, Vec3};
+use light::Lights;
+
+/// The id of no material and of no light.
+pub const NONE: u32 = u32::MAX;
+
+/// A compiled scene.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Everything that a ray can meet.
+    pub shapes: Shapes,
+    /// What can stand between two points of the scene: all shapes but those that have the whole scene on one side.
+    pub blockers: Shapes,
+    /// The shapes that emit.
+    pub emitters: Shapes,
+    /// Parameters of the materials.
+    pub materials: Vec<material::Row>,
+    /// The material kinds that occur, ascending.
+    pub kinds: Vec<Kind>,
+    /// The light sources.
+    pub lights: Lights,
+    /// What surrounds the scene.
+    pub sky: Option<Sky>,
+    /// Reflectance of each material, for the albedo layer.
+    albedos: Vec<Rgb>,
+    /// A primitive: centre of a sphere or normal of a quad (3), 1 / radius or 0, material, light, kind (bits).
+    surfaces: Vec<[f32; 8]>,
+}
+
+/// What a ray met: the primitive at each lane's hit point.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceX8 {
+    /// Unit, world space, outwards.
+    pub normal: Vec3x8,
+    /// Material id, or [`NONE`].
+    pub material: u32x8,
+    /// Light id, or [`NONE`].
+    pub light: u32x8,
+    /// The material's [`Kind`] as a number, or [`NONE`].
+    pub kind: u32x8,
+}
+
+impl Scene {
+    /// Compiles a description.
+    pub fn compile(description: &Description) -> Self {
+        let primitives: Vec<(Shape, Option<usize>, Option<usize>)> = description
+            .objects
+            .iter()
+            .map(|object| (object.shape, Some(object.material), None))
+            .chain(
+                description
+                    .lights
+                    .iter()
+                    .enumerate()
+                    .map(|(id, light)| (light.shape, light.material, Some(id))),
+            )
+            .collect();
+        let shapes: Vec<Shape> = primitives.iter().map(|primitive| primitive.0).collect();
+
+        let sky = description.environment.as_ref().map(Sky::compile);
+        let mut scene = Self {
+            shapes: Shapes::default(),
+            blockers: Shapes::default(),
+            emitters: Shapes::default(),
+            materials: Vec::new(),
+            kinds: Vec::new(),
+            lights: Lights::default(),
+            sky,
+            albedos: Vec::new(),
+            surfaces: Vec::new(),
+        };
+        let mut lights = Vec::new();
+        for (id, (shape, material, light)) in primitives.into_iter().enumerate() {
+            let primitive = id as u32;
+            add(&mut scene.shapes, shape, primitive);
+            if !is_hull(shape, &shapes) {
+                add(&mut scene.blockers, shape, primitive);
+            }
+            if let Some(light) = light {
+                add(&mut scene.emitters, shape, primitive);
+                lights.push((description.lights[light], primitive));
+            }
+            let kind = material.map(|id| description.materials[id].material.kind());
+            scene.kinds.extend(kind);
+            let bits = |id: Option<usize>| f32::from_bits(id.map_or(NONE, |id| id as u32));
+            let (at, inverse_radius) = match shape {
+                Shape::Sphere { center, radius } => (center, 1.0 / radius),
+                Shape::Quad { u, v, .. } => (normal(u, v).as_vec3(), 0.0),
+            };
+            scene.surfaces.push([
+                at.x,
+                at.y,
+                at.z,
+                inverse_radius,
+                bits(material),
+                bits(light),
+                bits(kind.map(|kind| kind as usize)),
+                0.0,
+            ]);
+        }
+        scene.kinds.sort();
+        scene.kinds.dedup();
+        scene.materials = description
+            .materials
+            .iter()
+            .map(|named| named.material.row())
+            .collect();
+        scene.albedos = description
+            .materials
+            .iter()
+            .map(|named| named.material.albedo())
+            .collect();
+        let radius = bounding_radius(&shapes);
+        scene.lights = Lights::new(&lights, scene.sky.as_ref(), radius);
+        scene
+    }
+
+    /// What the albedo layer shows of a material: its reflectance; white for a source that does not scatter.
+    pub fn albedo(&self, material: u32) -> Rgb {
+        self.albedos
+            .get(material as usize)
+            .copied()
+            .unwrap_or(Rgb::WHITE)
+    }
+
+    /// The surface of a primitive at a point of it.
+    #[inline]
+    pub fn surface(&self, primitive: u32x8, point: Vec3x8) -> SurfaceX8 {
+        let [x, y, z, inverse_radius, material, light, kind, _] =
+            gather_rows(&self.surfaces, primitive);
+        let at = Vec3x8::new(x, y, z);
+        let is_quad = inverse_radius.simd_eq(f32x8::ZERO);
+        SurfaceX8 {
+            normal: Vec3x8::select(is_quad, at, (point - at) * inverse_radius),
+            material: material.to_bits(),
+            light: light.to_bits(),
+            kind: kind.to_bits(),
+        }
+    }
+}
+
+fn add(shapes: &mut Shapes, shape: Shape, id: u32) {
+    match shape {
+        Shape::Sphere { center, radius } => shapes.add_sphere(Sphere::new(center, radius), id),
+        Shape::Quad { corner, u, v } => shapes.add_quad(Quad::new(corner, u, v), id),
+    }
+}
+
+fn normal(u: Vec3, v: Vec3) -> DVec3 {
+    u.as_dvec3().cross(v.as_dvec3()).normalize()
+}
+
+/// Whether a shape is a quad with the whole scene on one side of its plane: then no segment between two points of the
+/// scene crosses it, and shadow rays need not ask.
+fn is_hull(shape: Shape, scene: &[Shape]) -> bool {
+    let Shape::Quad { corner, u, v } = shape else {
+        return false;
+    };
+    let (corner, normal) = (corner.as_dvec3(), normal(u, v));
+    let (mut low, mut high) = (0f64, 0f64);
+    for other in scene {
+        let (near, far) = match *other {
+            Shape::Sphere { center, radius } => {
+                let height = normal.dot(center.as_dvec3() - corner);
+                (height - f64::from(radius), height + f64::from(radius))
+            }
+            Shape::Quad {
+                corner: other,
+                u,
+                v,
+            } => [other, other + u, other + v, other + u + v]
+                .iter()
+                .map(|p| normal.dot(p.as_dvec3() - corner))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| {
+                    (low.min(h), high.max(h))
+                }),
+        };
+        low = low.min(near);
+        high = high.max(far);
+    }
+    // The corners are f32: what sticks out by their rounding does not count.
+    let tolerance = 1e-6 * (high - low);
+    low >= -tolerance || high <= tolerance
+}
+
+/// Half the diagonal of the box around all shapes; 1 for an empty scene.
+fn bounding_radius(shapes: &[Shape]) -> f32 {
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    for shape in shapes {
+        let (near, far) = match *shape {
+            Shape::Sphere { center, radius } => (center - radius, center + radius),
+            Shape::Quad { corner, u, v } => {
+                let corners = [corner, corner + u, corner + v, corner + u + v];
+                (
+                    corners.iter().copied().fold(Vec3::INFINITY, Vec3::min),
+                    corners.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max),
+                )
+            }
+        };
+        low = low.min(near);
+        high = high.max(far);
+    }
+    if shapes.is_empty() {
+        return 1.0;
+    }
+    ((high - low).length() / 2.0).max(f32::MIN_POSITIVE)
+}

@@ -1,0 +1,297 @@
+//! Light sources, eight lanes at a time: which, where, and with what density.
+
+use super::description::{self, Shape};
+use super::environment::Sky;
+use crate::lanes::{FrameX8, Rgbx8, Vec3x8, f32x8, gather_rows, safe_sqrt, square, u32x8};
+use crate::sampling::warp::{self, Pair};
+use crate::shape::NO_PRIMITIVE;
+use std::f32::consts::{PI, TAU};
+
+/// The light sources of a scene; their ids are their places in the file, and the sky's comes last.
+#[derive(Clone, Debug, Default)]
+pub struct Lights {
+    /// Position (3), radius (0 for a quad), area (0 for a sphere), chance of being chosen, primitive id (bits), 1 if two-sided.
+    place: Vec<[f32; 8]>,
+    /// Radiance (3), unit normal of a quad (3).
+    radiance: Vec<[f32; 8]>,
+    /// Edges of a quad (3, 3).
+    edges: Vec<[f32; 8]>,
+    /// Walker's alias table over the ids: threshold, alias (bits).
+    alias: Vec<[f32; 8]>,
+    has_spheres: bool,
+    has_quads: bool,
+    /// The sky's chance of being chosen.
+    sky_chance: f32,
+}
+
+/// A point on a light source, seen from a point of the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSampleX8 {
+    /// Unit, towards the light.
+    pub direction: Vec3x8,
+    /// To the light, scene units; +∞ for the sky.
+    pub distance: f32x8,
+    /// Arriving radiance, were nothing between.
+    pub radiance: Rgbx8,
+    /// Per steradian, choice of the light included; 0 where no light was found.
+    pub pdf: f32x8,
+    /// The light's primitive, which casts no shadow on its own light.
+    pub primitive: u32x8,
+}
+
+impl Lights {
+    /// From light sources and their primitive ids, the sky, and the radius of a sphere around the scene.
+    pub fn new(lights: &[(description::Light, u32)], sky: Option<&Sky>, scene_radius: f32) -> Self {
+        let mut all = Self::default();
+        let mut powers = Vec::new();
+        for (light, primitive) in lights {
+            let rgb = light.radiance;
+            let sides = if light.two_sided { 2.0 } else { 1.0 };
+            let (position, radius, area, normal, u, v) = match light.shape {
+                Shape::Sphere { center, radius } => {
+                    all.has_spheres = true;
+                    (
+                        center,
+                        radius,
+                        0.0,
+                        glam::Vec3::ZERO,
+                        glam::Vec3::ZERO,
+                        glam::Vec3::ZERO,
+                    )
+                }
+                Shape::Quad { corner, u, v } => {
+                    all.has_quads = true;
+                    let n = u.as_dvec3().cross(v.as_dvec3());
+                    (
+                        corner,
+                        0.0,
+                        n.length() as f32,
+                        n.normalize().as_vec3(),
+                        u,
+                        v,
+                    )
+                }
+            };
+            let surface = area + 4.0 * PI * radius * radius;
+            powers.push(f64::from(rgb.luminance()) * f64::from(surface * sides * PI));
+            let side = if light.two_sided { 1.0 } else { 0.0 };
+            let id = f32::from_bits(*primitive);
+            all.place.push([
+                position.x, position.y, position.z, radius, area, 0.0, id, side,
+            ]);
+            all.radiance
+                .push([rgb.r, rgb.g, rgb.b, normal.x, normal.y, normal.z, 0.0, 0.0]);
+            all.edges.push([u.x, u.y, u.z, v.x, v.y, v.z, 0.0, 0.0]);
+        }
+        if let Some(sky) = sky {
+            let disk = f64::from(PI * scene_radius * scene_radius);
+            powers.push(f64::from(sky.integral_luminance()) * disk);
+        }
+        let total: f64 = powers.iter().sum();
+        if total > 0.0 {
+            let chances: Vec<f64> = powers.iter().map(|power| power / total).collect();
+            for (row, chance) in all.place.iter_mut().zip(&chances) {
+                row[5] = *chance as f32;
+            }
+            if sky.is_some() {
+                all.sky_chance = chances[lights.len()] as f32;
+            }
+            all.alias = alias_table(&chances);
+        }
+        all
+    }
+
+    /// Whether no light can be chosen: next-event estimation finds nothing.
+    pub fn is_dark(&self) -> bool {
+        self.alias.is_empty()
+    }
+
+    /// A light chosen by power, and a point of it, as seen from `from`.
+    #[inline]
+    pub fn sample(
+        &self,
+        sky: Option<&Sky>,
+        from: Vec3x8,
+        choice: impl FnOnce() -> f32x8,
+        point: Pair,
+    ) -> LightSampleX8 {
+        let count = self.alias.len();
+        let id = if count == 1 {
+            u32x8::ZERO
+        } else {
+            self.choose(choice())
+        };
+        let [px, py, pz, radius, area, chance, primitive, two_sided] = gather_rows(&self.place, id);
+        let [r, g, b, nx, ny, nz, ..] = gather_rows(&self.radiance, id);
+        let two_sided = two_sided.simd_gt(f32x8::ZERO);
+        let mut sample = LightSampleX8 {
+            direction: Vec3x8::Z,
+            distance: f32x8::splat(f32::INFINITY),
+            radiance: Rgbx8::new(r, g, b),
+            pdf: f32x8::ZERO,
+            primitive: primitive.to_bits(),
+        };
+        let position = Vec3x8::new(px, py, pz);
+        if self.has_spheres {
+            let (direction, distance, pdf, outside) = sample_sphere(from, position, radius, point);
+            sample.direction = direction;
+            sample.distance = distance;
+            sample.pdf = pdf & (outside | two_sided);
+        }
+        if self.has_quads {
+            let is_quad = radius.simd_eq(f32x8::ZERO);
+            let [ux, uy, uz, vx, vy, vz, ..] = gather_rows(&self.edges, id);
+            let on_light = Vec3x8::new(ux, uy, uz)
+                .mul_add(point.0, Vec3x8::new(vx, vy, vz).mul_add(point.1, position));
+            let way = on_light - from;
+            let squared = way.length_squared();
+            let distance = squared.sqrt();
+            let direction = way * (f32x8::ONE / distance);
+            let facing = -direction.dot(Vec3x8::new(nx, ny, nz));
+            let lit = facing.simd_gt(f32x8::ZERO) | two_sided;
+            let pdf = (squared / (facing.abs() * area)) & lit;
+            sample.direction = Vec3x8::select(is_quad, direction, sample.direction);
+            sample.distance = is_quad.select(distance, sample.distance);
+            sample.pdf = is_quad.select(pdf, sample.pdf);
+        }
+        sample.pdf *= chance;
+        if let Some(sky) = sky.filter(|_| self.sky_chance > 0.0) {
+            let is_sky = f32x8::from_bits(id.simd_eq(u32x8::splat(self.place.len() as u32)));
+            if is_sky.any() {
+                let s = sky.sample(point);
+                sample.direction = Vec3x8::select(is_sky, s.direction, sample.direction);
+                sample.distance = is_sky.select(f32x8::splat(f32::INFINITY), sample.distance);
+                sample.radiance = Rgbx8::select(is_sky, s.radiance, sample.radiance);
+                sample.pdf = is_sky.select(s.pdf * self.sky_chance, sample.pdf);
+                sample.primitive = is_sky.select(u32x8::splat(NO_PRIMITIVE), sample.primitive);
+            }
+        }
+        sample
+    }
+
+    /// What a ray that meets light `id` at `distance` sees of it, and the density with which [`Lights::sample`] would have
+    /// drawn that point, per steradian. `direction` is unit.
+    #[inline]
+    pub fn emitted(
+        &self,
+        id: u32x8,
+        origin: Vec3x8,
+        direction: Vec3x8,
+        distance: f32x8,
+    ) -> (Rgbx8, f32x8) {
+        let [px, py, pz, radius, area, chance, _, two_sided] = gather_rows(&self.place, id);
+        let [r, g, b, nx, ny, nz, ..] = gather_rows(&self.radiance, id);
+        let to_center = Vec3x8::new(px, py, pz) - origin;
+        let (spread, outside) = sphere_cone(to_center.length_squared(), radius);
+        let sphere_pdf = f32x8::ONE / (spread * TAU);
+        let facing = -direction.dot(Vec3x8::new(nx, ny, nz));
+        let quad_pdf = square(distance) / (facing.abs() * area);
+        let is_quad = radius.simd_eq(f32x8::ZERO);
+        let front = is_quad.select(facing.simd_gt(f32x8::ZERO), outside);
+        let lit = front | two_sided.simd_gt(f32x8::ZERO);
+        (
+            Rgbx8::new(r, g, b).masked(lit),
+            is_quad.select(quad_pdf, sphere_pdf) * chance,
+        )
+    }
+
+    /// What a ray that leaves the scene sees, and the density with which [`Lights::sample`] would have drawn that direction,
+    /// per steradian.
+    #[inline]
+    pub fn sky(&self, sky: &Sky, direction: Vec3x8) -> (Rgbx8, f32x8) {
+        let (radiance, pdf) = sky.radiance_and_pdf(direction);
+        (radiance, pdf * self.sky_chance)
+    }
+
+    /// A light by power, from one number: the alias method (Walker 1977; table by Vose 1991).
+    #[inline]
+    fn choose(&self, u: f32x8) -> u32x8 {
+        let count = f32x8::splat(self.alias.len() as f32);
+        let scaled = u * count;
+        let column = scaled.floor().fast_min(count - f32x8::ONE);
+        // 1.5·2^23 leaves an integer below 2^22 in the low mantissa bits.
+        let column_id = (column + f32x8::splat(12_582_912.0)).to_bits() & u32x8::splat(0x3f_ffff);
+        let [threshold, alias, ..] = gather_rows(&self.alias, column_id);
+        let keep = (scaled - column).simd_lt(threshold);
+        keep.select(column_id, alias.to_bits())
+    }
+}
+
+/// `1 − cos α_max` of the cone under which a sphere is seen, and whether the point is outside; inside, the "cone" is all
+/// directions. Stable for small and for near spheres: no `1 − cos` is taken.
+#[inline]
+fn sphere_cone(squared_distance: f32x8, radius: f32x8) -> (f32x8, f32x8) {
+    let outside = squared_distance.simd_gt(radius * radius);
+    let sin2 = square(radius) / squared_distance;
+    let spread = sin2 / (f32x8::ONE + safe_sqrt(f32x8::ONE - sin2));
+    (outside.select(spread, f32x8::splat(2.0)), outside)
+}
+
+/// Direction, distance to the surface, density per steradian, and whether `from` is outside: uniform in the cone that the
+/// sphere subtends (Shirley & Morley, Realistic Ray Tracing, 2nd ed., "Sampling a Spherical Luminaire").
+#[inline]
+fn sample_sphere(
+    from: Vec3x8,
+    center: Vec3x8,
+    radius: f32x8,
+    point: Pair,
+) -> (Vec3x8, f32x8, f32x8, f32x8) {
+    let to_center = center - from;
+    let squared = to_center.length_squared();
+    let distance = squared.sqrt();
+    let (spread, outside) = sphere_cone(squared, radius);
+    let local = warp::cone(point, spread);
+    let direction = FrameX8::new(to_center * (f32x8::ONE / distance)).to_world(local);
+    // sin²α from the local x and y: 1 − cos² would lose a small cone's bits.
+    let sin2 = local.x.mul_add(local.x, local.y * local.y);
+    let half = safe_sqrt(square(radius) - squared * sin2);
+    let half = outside.select(-half, half);
+    (
+        direction,
+        distance.mul_add(local.z, half),
+        f32x8::ONE / (spread * TAU),
+        outside,
+    )
+}
+
+/// Vose's construction: each column keeps its id below the threshold and takes the alias above it.
+fn alias_table(chances: &[f64]) -> Vec<[f32; 8]> {
+    let count = chances.len();
+    let mut scaled: Vec<f64> = chances.iter().map(|p| p * count as f64).collect();
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) =
+        (0..count).partition(|&id| scaled[id] < 1.0);
+    let mut columns: Vec<(f64, usize)> = (0..count).map(|id| (1.0, id)).collect();
+    while let (Some(&less), Some(&more)) = (small.last(), large.last()) {
+        small.pop();
+        columns[less] = (scaled[less], more);
+        scaled[more] -= 1.0 - scaled[less];
+        if scaled[more] < 1.0 {
+            large.pop();
+            small.push(more);
+        }
+    }
+    // What is left over differs from 1 by rounding alone, but a light of chance 0 must never be chosen.
+    let brightest = (0..count)
+        .max_by(|&a, &b| chances[a].total_cmp(&chances[b]))
+        .unwrap_or(0);
+    for (id, column) in columns.iter_mut().enumerate() {
+        if chances[id] == 0.0 && column.1 == id {
+            *column = (0.0, brightest);
+        }
+    }
+    columns
+        .into_iter()
+        .map(|(threshold, alias)| {
+            [
+                threshold as f32,
+                f32::from_bits(alias as u32),
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+            ]
+        })
+        .collect()
+}

@@ -1,0 +1,93 @@
+//! Stage 5: light reaches its paths. A path's contributions arrive in the order of its edges, whatever the wave.
+
+use super::Context;
+use super::queues::{EncounterX8, ShadowRayX8};
+use crate::lanes::{Queue, Rgbx8, WIDTH, f32x8, u32x8};
+use crate::sampling::mis;
+use crate::scene::NONE;
+use crate::scene::description::Strategy;
+
+/// Adds the light that rays met by themselves.
+pub fn encounters(ctx: &Context, encounters: &Queue<EncounterX8>, radiance: &mut [[f32; 4]]) {
+    for (live, encounter) in encounters.batches() {
+        let light = carried(ctx, encounter);
+        add(live, encounter.path, light, radiance);
+    }
+}
+
+/// The last edge: what the ray heads for counts if nothing is between.
+pub fn shadowed(
+    ctx: &Context,
+    encounters: &Queue<EncounterX8>,
+    shadow_rays: &mut Queue<ShadowRayX8>,
+) {
+    for (live, encounter) in encounters.batches() {
+        let contribution = carried(ctx, encounter);
+        shadow_rays.push(
+            live & contribution.max_channel().simd_gt(f32x8::ZERO),
+            &ShadowRayX8 {
+                origin: encounter.origin,
+                direction: encounter.direction,
+                distance: encounter.distance,
+                target: encounter.primitive,
+                contribution,
+                path: encounter.path,
+            },
+        );
+    }
+}
+
+/// Adds the light of the shadow rays that reached their lights.
+pub fn visible(shadow_rays: &Queue<ShadowRayX8>, visible: &[u8], radiance: &mut [[f32; 4]]) {
+    for ((_, ray), &bits) in shadow_rays.batches().zip(visible) {
+        let bits = u32x8::splat(u32::from(bits));
+        let lanes = u32x8::new([1, 2, 4, 8, 16, 32, 64, 128]);
+        let lit = f32x8::from_bits((bits & lanes).simd_ne(u32x8::ZERO));
+        add(lit, ray.path, ray.contribution, radiance);
+    }
+}
+
+/// Emitted radiance × throughput × the strategy's weight.
+#[inline]
+fn carried(ctx: &Context, encounter: &EncounterX8) -> Rgbx8 {
+    let scene = ctx.scene;
+    let (mut emitted, mut light_pdf) = scene.lights.emitted(
+        encounter.light,
+        encounter.origin,
+        encounter.direction,
+        encounter.distance,
+    );
+    if let Some(sky) = &scene.sky {
+        let is_sky = f32x8::from_bits(encounter.light.simd_eq(u32x8::splat(NONE)));
+        if is_sky.any() {
+            let (radiance, pdf) = scene.lights.sky(sky, encounter.direction);
+            emitted = Rgbx8::select(is_sky, radiance, emitted);
+            light_pdf = is_sky.select(pdf, light_pdf);
+        }
+    }
+    let discrete = encounter.pdf.simd_eq(f32x8::splat(f32::INFINITY));
+    let weight = match ctx.strategy {
+        Strategy::Uniform | Strategy::Cosine => f32x8::ONE,
+        // Light sampling could not have found it from the camera or a specular vertex.
+        Strategy::Light => f32x8::ONE & discrete,
+        Strategy::Mis => {
+            discrete.select(f32x8::ONE, mis::power_heuristic(encounter.pdf, light_pdf))
+        }
+    };
+    encounter.throughput * emitted * weight
+}
+
+/// Adds each lane that is on to its path.
+#[inline]
+fn add(mask: f32x8, path: u32x8, light: Rgbx8, radiance: &mut [[f32; 4]]) {
+    let light = light.masked(mask);
+    let bits = mask.to_bitmask();
+    for lane in 0..WIDTH {
+        if bits >> lane & 1 == 1 {
+            let sum = &mut radiance[path.as_array()[lane] as usize];
+            sum[0] += light.r.as_array()[lane];
+            sum[1] += light.g.as_array()[lane];
+            sum[2] += light.b.as_array()[lane];
+        }
+    }
+}

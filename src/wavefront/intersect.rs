@@ -1,0 +1,137 @@
+//! Stage 2: what rays meet. Closest hits go to the queue of their material's kind; on a path's last edge only light is
+//! looked for; shadow rays ask whether anything is between.
+
+use super::queues::{EncounterX8, FirstHit, PathRayX8, ShadowRayX8, VertexX8};
+use crate::lanes::{Queue, Vec3x8, f32x8, u32x8};
+use crate::scene::{NONE, Scene};
+use crate::shape::NO_PRIMITIVE;
+
+/// Rounding error of a hit point, relative to the greatest coordinate and the distance travelled: 64 units in the last
+/// place, which covers the plane's and the sphere's (bounds of 5 and some 20 by the analysis of pbrt-v4, section 6.8).
+const POSITION_ERROR: f32 = 64.0 / 16_777_216.0;
+
+/// Sends each hit that scatters to its kind's queue, and each ray that found light to the encounters.
+pub fn closest(
+    scene: &Scene,
+    rays: &Queue<PathRayX8>,
+    vertices: &mut [Queue<VertexX8>],
+    encounters: &mut Queue<EncounterX8>,
+) {
+    encounters.clear();
+    vertices.iter_mut().for_each(Queue::clear);
+    for (live, ray) in rays.batches() {
+        let (distance, primitive) = scene.shapes.closest(ray.origin, ray.direction);
+        let hit = live & distance.simd_lt(f32x8::splat(f32::INFINITY));
+        let position = ray.direction.mul_add(distance, ray.origin);
+        let surface = scene.surface(primitive, position);
+
+        let vertex = VertexX8 {
+            position,
+            wo: -ray.direction,
+            normal: surface.normal,
+            offset: (position.max_abs() + distance) * POSITION_ERROR,
+            material: surface.material,
+            throughput: ray.throughput,
+            path: ray.path,
+            key: ray.key,
+            index: ray.index,
+        };
+        for &kind in &scene.kinds {
+            let of_kind = surface.kind.simd_eq(u32x8::splat(kind as u32));
+            vertices[kind as usize].push(hit & f32x8::from_bits(of_kind), &vertex);
+        }
+
+        let on_light = hit & f32x8::from_bits(surface.light.simd_ne(u32x8::splat(NONE)));
+        meet(
+            scene,
+            live,
+            ray,
+            (distance, primitive, on_light),
+            encounters,
+        );
+    }
+}
+
+/// Finds the light that each ray heads for, were nothing else in the scene: the nearest source, or else the sky.
+pub fn lights(scene: &Scene, rays: &Queue<PathRayX8>, encounters: &mut Queue<EncounterX8>) {
+    encounters.clear();
+    for (live, ray) in rays.batches() {
+        let (distance, primitive) = scene.emitters.closest(ray.origin, ray.direction);
+        let on_light = live & distance.simd_lt(f32x8::splat(f32::INFINITY));
+        meet(
+            scene,
+            live,
+            ray,
+            (distance, primitive, on_light),
+            encounters,
+        );
+    }
+}
+
+/// Records the rays that are on a light, and those that leave the scene where there is a sky.
+#[inline]
+fn meet(
+    scene: &Scene,
+    live: f32x8,
+    ray: &PathRayX8,
+    (distance, primitive, on_light): (f32x8, u32x8, f32x8),
+    encounters: &mut Queue<EncounterX8>,
+) {
+    let mut found = on_light;
+    if scene.sky.is_some() {
+        found |= live & distance.simd_eq(f32x8::splat(f32::INFINITY));
+    }
+    if !found.any() {
+        return;
+    }
+    let surface = scene.surface(primitive, Vec3x8::ZERO);
+    encounters.push(
+        found,
+        &EncounterX8 {
+            origin: ray.origin,
+            direction: ray.direction,
+            distance,
+            light: on_light.select(surface.light, u32x8::splat(NONE)),
+            primitive: on_light.select(primitive, u32x8::splat(NO_PRIMITIVE)),
+            throughput: ray.throughput,
+            pdf: ray.pdf,
+            path: ray.path,
+        },
+    );
+}
+
+/// For each batch of shadow rays, a bit for each lane with nothing between it and its light.
+pub fn visible(scene: &Scene, shadow_rays: &Queue<ShadowRayX8>, visible: &mut Vec<u8>) {
+    visible.clear();
+    for (live, ray) in shadow_rays.batches() {
+        // A ray to the sky leaves the scene, and then the hull is between too.
+        let leaves = live & ray.distance.simd_eq(f32x8::splat(f32::INFINITY));
+        let between = if leaves.any() {
+            &scene.shapes
+        } else {
+            &scene.blockers
+        };
+        let occluded = between.occluded(ray.origin, ray.direction, ray.distance, ray.target);
+        visible.push((live & !occluded).to_bitmask() as u8);
+    }
+}
+
+/// What each camera ray meets, at the place of its path.
+pub fn first_hits(scene: &Scene, rays: &Queue<PathRayX8>, first_hits: &mut [FirstHit]) {
+    for (live, ray) in rays.batches() {
+        let (distance, primitive) = scene.shapes.closest(ray.origin, ray.direction);
+        let hit = live & distance.simd_lt(f32x8::splat(f32::INFINITY));
+        let position = ray.direction.mul_add(distance, ray.origin);
+        let surface = scene.surface(primitive, position);
+        let away = surface.normal.dot(ray.direction).simd_gt(f32x8::ZERO);
+        let normal = Vec3x8::select(away, -surface.normal, surface.normal);
+        let hit = hit.to_bitmask();
+        for lane in (0..8).filter(|lane| hit >> lane & 1 == 1) {
+            first_hits[ray.path.as_array()[lane] as usize] = FirstHit {
+                albedo: scene.albedo(surface.material.as_array()[lane]).to_array(),
+                normal: normal.lane(lane).to_array(),
+                depth: distance.as_array()[lane],
+            };
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! Floor 4: the wave. [`trace`] is the whole path tracer on one page: iterative, one kernel a stage, compaction between.
+
+pub mod accumulate;
+pub mod generate;
+pub mod intersect;
+pub mod nee;
+pub mod queues;
+pub mod shade;
+mod tally;
+
+pub use queues::Workspace;
+pub use tally::{Stage, Tally};
+
+use crate::material::{Bsdf, Conductor, Glass, Kind, Lambert, Mirror, Phong};
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use crate::scene::camera::Camera;
+use crate::scene::description::Strategy;
+
+/// Samples of a pixel that are added in a fixed order before they enter the exact film.
+pub const BLOCK: u32 = 16;
+
+/// What every stage reads and none writes.
+#[derive(Clone, Copy, Debug)]
+pub struct Context<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The camera.
+    pub camera: &'a Camera,
+    /// The random numbers.
+    pub sampler: &'a Sampler,
+    /// How light is looked for.
+    pub strategy: Strategy,
+    /// Greatest number of edges of a path.
+    pub path_length: u32,
+    /// First edge at which Russian roulette may end a path.
+    pub roulette: Option<u32>,
+    /// Whether the first hits are kept for the albedo, normal and depth layers.
+    pub first_hits: bool,
+}
+
+/// The paths that one worker carries at a time: a tile of pixels × a run of samples within one block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wave {
+    /// Left column, image pixels.
+    pub x: u32,
+    /// Top row, image pixels.
+    pub y: u32,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// First sample.
+    pub first_sample: u32,
+    /// Samples of each pixel, at most [`BLOCK`].
+    pub samples: u32,
+}
+
+impl Wave {
+    /// Paths in it.
+    pub fn paths(&self) -> usize {
+        self.width as usize * self.height as usize * self.samples as usize
+    }
+}
+
+/// Traces a wave; afterwards the workspace holds the radiance of each path.
+///
+/// # Panics
+/// When the wave has more paths than the workspace has room for.
+pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
+    ws.start(wave.paths());
+    generate::camera_rays(ctx, wave, &mut ws.rays);
+    ws.tally.end(Stage::Generate, ws.rays.len());
+    if ctx.first_hits {
+        intersect::first_hits(ctx.scene, &ws.rays, &mut ws.first_hits);
+    }
+
+    for edge in 1..=ctx.path_length {
+        let alive = ws.rays.len();
+        if alive == 0 {
+            break;
+        }
+        ws.tally.alive(edge, alive);
+        // On its last edge a path can but find light: no need to know what else it meets.
+        let last = edge == ctx.path_length && edge > 1;
+
+        if last {
+            intersect::lights(ctx.scene, &ws.rays, &mut ws.encounters);
+        } else {
+            intersect::closest(ctx.scene, &ws.rays, &mut ws.vertices, &mut ws.encounters);
+        }
+        ws.tally.end(Stage::Intersect, alive);
+        ws.next_rays.clear();
+        ws.shadow_rays.clear();
+
+        if last {
+            accumulate::shadowed(ctx, &ws.encounters, &mut ws.shadow_rays);
+        } else {
+            accumulate::encounters(ctx, &ws.encounters, &mut ws.radiance);
+        }
+        ws.tally.end(Stage::Accumulate, ws.encounters.len());
+
+        if edge < ctx.path_length {
+            for kind in &ctx.scene.kinds {
+                match kind {
+                    Kind::Lambert => scatter::<Lambert>(ctx, edge, ws),
+                    Kind::Mirror => scatter::<Mirror>(ctx, edge, ws),
+                    Kind::Glass => scatter::<Glass>(ctx, edge, ws),
+                    Kind::Phong => scatter::<Phong>(ctx, edge, ws),
+                    Kind::Conductor => scatter::<Conductor>(ctx, edge, ws),
+                }
+            }
+        }
+
+        let shadows = ws.shadow_rays.len();
+        intersect::visible(ctx.scene, &ws.shadow_rays, &mut ws.visible);
+        ws.tally.end(Stage::Intersect, shadows);
+        accumulate::visible(&ws.shadow_rays, &ws.visible, &mut ws.radiance);
+        ws.tally.end(Stage::Accumulate, shadows);
+        ws.tally.shadows(shadows);
+        ws.swap_rays();
+    }
+}
+
+/// The two stages that work on the vertices of one material kind.
+fn scatter<B: Bsdf>(ctx: &Context, edge: u32, ws: &mut Workspace) {
+    let vertices = &ws.vertices[B::KIND as usize];
+    if vertices.is_empty() {
+        return;
+    }
+    if shade::continues::<B>(ctx, edge) {
+        shade::shade::<B>(ctx, edge, vertices, &mut ws.next_rays);
+        ws.tally.end(Stage::Shade, vertices.len());
+    }
+    if nee::samples_lights::<B>(ctx) {
+        nee::sample_lights::<B>(ctx, edge, vertices, &mut ws.shadow_rays);
+        ws.tally.end(Stage::Nee, vertices.len());
+    }
+}
