@@ -11,14 +11,7 @@ pub fn sin_cos_turns(u: f32x8) -> (f32x8, f32x8) {
     let k = (u * 4.0).round_ties_even();
     let r = k.mul_neg_add(f32x8::splat(0.25), u);
     let x = r * std::f32::consts::TAU;
-    let x2 = x * x;
-    // Taylor terms refitted on [-π/4, π/4] (coefficients of Cephes sinf/cosf, S. Moshier 1989).
-    let s = x2.mul_add(f32x8::splat(-1.951_529_6e-4), f32x8::splat(8.332_161e-3));
-    let s = x2.mul_add(s, f32x8::splat(-1.666_665_5e-1));
-    let sin = (x2 * x).mul_add(s, x);
-    let c = x2.mul_add(f32x8::splat(2.443_315_7e-5), f32x8::splat(-1.388_731_6e-3));
-    let c = x2.mul_add(c, f32x8::splat(4.166_664_6e-2));
-    let cos = (x2 * x2).mul_add(c, x2.mul_add(f32x8::splat(-0.5), f32x8::ONE));
+    let (sin, cos) = sin_cos_eighth(x);
     // Quarter k: (s, c) -> (c, -s) -> (-s, -c) -> (-c, s). Adding 1.5·2^23 leaves the integer k in the low mantissa bits.
     let quarter = (k + f32x8::splat(12_582_912.0)).to_bits();
     let swap = f32x8::from_bits((quarter & 1).simd_eq(u32x8::splat(1)));
@@ -29,6 +22,20 @@ pub fn sin_cos_turns(u: f32x8) -> (f32x8, f32x8) {
         f32x8::from_bits(a.to_bits() ^ sin_sign),
         f32x8::from_bits(b.to_bits() ^ cos_sign),
     )
+}
+
+/// `(sin x, cos x)` for `x` in [−π/4, π/4], each within 2^-23 absolute (minimax polynomials of Cephes sinf and cosf,
+/// S. Moshier 1989).
+#[inline]
+pub fn sin_cos_eighth(x: f32x8) -> (f32x8, f32x8) {
+    let x2 = x * x;
+    let s = x2.mul_add(f32x8::splat(-1.951_529_6e-4), f32x8::splat(8.332_161e-3));
+    let s = x2.mul_add(s, f32x8::splat(-1.666_665_5e-1));
+    let sin = (x2 * x).mul_add(s, x);
+    let c = x2.mul_add(f32x8::splat(2.443_315_7e-5), f32x8::splat(-1.388_731_6e-3));
+    let c = x2.mul_add(c, f32x8::splat(4.166_664_6e-2));
+    let cos = (x2 * x2).mul_add(c, x2.mul_add(f32x8::splat(-0.5), f32x8::ONE));
+    (sin, cos)
 }
 
 /// `x²`.

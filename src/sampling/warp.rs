@@ -1,7 +1,7 @@
 //! Warps from the unit square, eight at a time, each with its density.
 
-use crate::lanes::{Vec3x8, f32x8, pow_one_minus, safe_sqrt, sin_cos_turns};
-use std::f32::consts::FRAC_1_PI;
+use crate::lanes::{Vec3x8, f32x8, pow_one_minus, safe_sqrt, sin_cos_eighth, sin_cos_turns};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_4};
 
 /// Two numbers in [0, 1) a lane.
 pub type Pair = (f32x8, f32x8);
@@ -12,38 +12,38 @@ pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 /// Density of [`uniform_hemisphere`], per steradian.
 pub const UNIFORM_HEMISPHERE_PDF: f32 = 0.5 * FRAC_1_PI;
 
-/// Uniform on the unit disk, polar (radius `sqrt(u)`).
+/// Uniform on the unit disk: squares become rings, so that what is stratified on the square stays so on the disk
+/// (Shirley & Chiu 1997, "A Low Distortion Map Between Disk and Square"). The second value is the squared radius.
 #[inline]
-pub fn uniform_disk(u: Pair) -> (f32x8, f32x8) {
-    let r = u.0.sqrt();
-    let (sin, cos) = sin_cos_turns(u.1);
-    (r * cos, r * sin)
+pub fn uniform_disk(u: Pair) -> ((f32x8, f32x8), f32x8) {
+    let two = f32x8::splat(2.0);
+    let (a, b) = (u.0.mul_sub(two, f32x8::ONE), u.1.mul_sub(two, f32x8::ONE));
+    let wide = a.abs().simd_gt(b.abs());
+    let (r, other) = (wide.select(a, b), wide.select(b, a));
+    // The centre of the square: 0 / 0.
+    let divisor = r.simd_eq(f32x8::ZERO).select(f32x8::ONE, r);
+    let (sin, cos) = sin_cos_eighth(other / divisor * FRAC_PI_4);
+    let (x, y) = (r * wide.select(cos, sin), r * wide.select(sin, cos));
+    ((x, y), r * r)
 }
 
 /// Uniform directions over the sphere; density [`UNIFORM_SPHERE_PDF`].
 #[inline]
 pub fn uniform_sphere(u: Pair) -> Vec3x8 {
-    let z = u.0.mul_add(f32x8::splat(-2.0), f32x8::ONE);
-    // 1 - z² = 4u(1 - u): no cancellation near the poles.
-    let r = (u.0 * (f32x8::ONE - u.0)).sqrt() * 2.0;
-    let (sin, cos) = sin_cos_turns(u.1);
-    Vec3x8::new(r * cos, r * sin, z)
+    cone(u, f32x8::splat(2.0))
 }
 
 /// Uniform directions over the hemisphere z ≥ 0; density [`UNIFORM_HEMISPHERE_PDF`].
 #[inline]
 pub fn uniform_hemisphere(u: Pair) -> Vec3x8 {
-    let z = f32x8::ONE - u.0;
-    let r = (u.0 * (f32x8::ONE + z)).sqrt();
-    let (sin, cos) = sin_cos_turns(u.1);
-    Vec3x8::new(r * cos, r * sin, z)
+    cone(u, f32x8::ONE)
 }
 
 /// Directions over the hemisphere z ≥ 0 with density `z / π` per steradian (Malley's method).
 #[inline]
 pub fn cosine_hemisphere(u: Pair) -> Vec3x8 {
-    let (x, y) = uniform_disk(u);
-    Vec3x8::new(x, y, safe_sqrt(f32x8::ONE - u.0))
+    let ((x, y), r2) = uniform_disk(u);
+    Vec3x8::new(x, y, (f32x8::ONE - r2).sqrt())
 }
 
 /// Directions over the hemisphere z ≥ 0 with density `(n + 1) / 2π · zⁿ` per steradian
@@ -69,7 +69,11 @@ pub fn cosine_power_pdf(local: Vec3x8, n: f32x8) -> f32x8 {
 /// The difference, not the cosine, is the parameter: the cosine of a small angle rounds to 1.
 #[inline]
 pub fn cone(u: Pair, one_minus_cos_max: f32x8) -> Vec3x8 {
-    polar(u.0 * one_minus_cos_max, u.1)
+    let ((x, y), r2) = uniform_disk(u);
+    // 1 − z is uniform: it goes with the disk's area. The disk's radius grows to sin α = sqrt((1 − z)(1 + z)).
+    let one_minus_z = r2 * one_minus_cos_max;
+    let scale = (one_minus_cos_max * (f32x8::splat(2.0) - one_minus_z)).sqrt();
+    Vec3x8::new(x * scale, y * scale, f32x8::ONE - one_minus_z)
 }
 
 /// Density of [`cone`] inside it, per steradian.

@@ -85,7 +85,7 @@ impl Camera {
         match &self.lens {
             None => (self.position, through.normalize()),
             Some(lens) => {
-                let (lx, ly) = warp::uniform_disk(on_lens);
+                let ((lx, ly), _) = warp::uniform_disk(on_lens);
                 let offset = lens.right.mul_add(lx, lens.up * ly);
                 let focus = through * lens.focus_distance;
                 (self.position + offset, (focus - offset).normalize())

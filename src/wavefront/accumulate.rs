@@ -8,6 +8,7 @@ use crate::scene::NONE;
 use crate::scene::description::Strategy;
 
 /// Adds the light that rays met by themselves.
+#[inline(never)]
 pub fn encounters(ctx: &Context, encounters: &Queue<EncounterX8>, radiance: &mut [[f32; 4]]) {
     for (live, encounter) in encounters.batches() {
         let light = carried(ctx, encounter);
@@ -16,6 +17,7 @@ pub fn encounters(ctx: &Context, encounters: &Queue<EncounterX8>, radiance: &mut
 }
 
 /// The last edge: what the ray heads for counts if nothing is between.
+#[inline(never)]
 pub fn shadowed(
     ctx: &Context,
     encounters: &Queue<EncounterX8>,
@@ -38,6 +40,7 @@ pub fn shadowed(
 }
 
 /// Adds the light of the shadow rays that reached their lights.
+#[inline(never)]
 pub fn visible(shadow_rays: &Queue<ShadowRayX8>, visible: &[u8], radiance: &mut [[f32; 4]]) {
     for ((_, ray), &bits) in shadow_rays.batches().zip(visible) {
         let bits = u32x8::splat(u32::from(bits));

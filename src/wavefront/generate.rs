@@ -6,6 +6,7 @@ use crate::lanes::{Queue, Rgbx8, WIDTH, f32x8, first_lanes, u32x8};
 use crate::sampling::Dimension;
 
 /// The camera rays of a wave: pixel by pixel in rows, and for each pixel sample by sample, so that a batch is coherent.
+#[inline(never)]
 pub fn camera_rays(ctx: &Context, wave: &Wave, rays: &mut Queue<PathRayX8>) {
     let paths = wave.paths();
     let mut next = Cursor {

@@ -11,6 +11,7 @@ use crate::shape::NO_PRIMITIVE;
 const POSITION_ERROR: f32 = 64.0 / 16_777_216.0;
 
 /// Sends each hit that scatters to its kind's queue, and each ray that found light to the encounters.
+#[inline(never)]
 pub fn closest(
     scene: &Scene,
     rays: &Queue<PathRayX8>,
@@ -53,6 +54,7 @@ pub fn closest(
 }
 
 /// Finds the light that each ray heads for, were nothing else in the scene: the nearest source, or else the sky.
+#[inline(never)]
 pub fn lights(scene: &Scene, rays: &Queue<PathRayX8>, encounters: &mut Queue<EncounterX8>) {
     encounters.clear();
     for (live, ray) in rays.batches() {
@@ -101,6 +103,7 @@ fn meet(
 }
 
 /// For each batch of shadow rays, a bit for each lane with nothing between it and its light.
+#[inline(never)]
 pub fn visible(scene: &Scene, shadow_rays: &Queue<ShadowRayX8>, visible: &mut Vec<u8>) {
     visible.clear();
     for (live, ray) in shadow_rays.batches() {

@@ -15,6 +15,7 @@ pub fn samples_lights<B: Bsdf>(ctx: &Context) -> bool {
 }
 
 /// Pushes a shadow ray for each vertex whose light sample could add light.
+#[inline(never)]
 pub fn sample_lights<B: Bsdf>(
     ctx: &Context,
     edge: u32,

@@ -14,6 +14,7 @@ pub fn continues<B: Bsdf>(ctx: &Context, edge: u32) -> bool {
 }
 
 /// Draws the next direction of each path and pushes the rays of the paths that go on.
+#[inline(never)]
 pub fn shade<B: Bsdf>(
     ctx: &Context,
     edge: u32,
