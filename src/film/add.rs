@@ -3,12 +3,13 @@
 use super::exact::{LIMIT_BITS, MAX_SAMPLES, Square, Sum, accepts};
 use super::{AovSample, BAND_ROWS, BLOCK, Band, Film, Region};
 use std::sync::atomic::Ordering;
+use wide::f64x4;
 
 /// What a block of samples of one pixel adds up to, in `f64`.
 struct BlockSum {
     kept: u32,
-    sum: [f64; 4],
-    square: [f64; 4],
+    sum: f64x4,
+    square: f64x4,
 }
 
 impl Film {
@@ -121,9 +122,10 @@ impl Band {
             let full = *count + added.kept > MAX_SAMPLES;
             assert!(!full, "more than {MAX_SAMPLES} samples in a pixel");
             *count += added.kept;
+            let (sum, square) = (added.sum.to_array(), added.square.to_array());
             for c in 0..3 {
-                sums.sum[c] += Sum::from_f64(added.sum[c]);
-                sums.square[c] += Square::from_f64(added.square[c]);
+                sums.sum[c] += Sum::from_f64(sum[c]);
+                sums.square[c] += Square::from_f64(square[c]);
             }
         }
         rejected
@@ -137,33 +139,37 @@ fn accepts_all(radiance: &[f32; 4]) -> bool {
 impl BlockSum {
     const EMPTY: Self = Self {
         kept: 0,
-        sum: [0.0; 4],
-        square: [0.0; 4],
+        sum: f64x4::ZERO,
+        square: f64x4::ZERO,
     };
 
     /// Squares of `f32` are exact in `f64`, so fusing them into the sum changes no bit.
     #[inline(always)]
-    fn add(&mut self, sample: &[f32; 4]) {
+    fn add(&mut self, sample: f64x4) {
         self.kept += 1;
-        for (c, x) in sample.map(f64::from).into_iter().enumerate() {
-            self.sum[c] += x;
-            self.square[c] = x.mul_add(x, self.square[c]);
-        }
+        self.sum += sample;
+        self.square = sample.mul_add(sample, self.square);
     }
+}
+
+#[inline(always)]
+fn widen([r, g, b, padding]: [f32; 4]) -> f64x4 {
+    f64x4::new([r.into(), g.into(), b.into(), padding.into()])
 }
 
 /// Sums in the order of the samples; as if none were to be kept out, as almost always, and again if one was.
 #[inline(always)]
 fn sum_block(samples: &[[f32; 4]]) -> BlockSum {
+    let limit = f64x4::splat(f64::from(f32::from_bits(LIMIT_BITS)));
     let mut total = BlockSum::EMPTY;
-    let mut largest = [0_u32; 4];
-    for sample in samples {
+    // A comparison with NaN is false.
+    let mut accepted = f64x4::splat(f64::from_bits(u64::MAX));
+    for &sample in samples {
+        let sample = widen(sample);
         total.add(sample);
-        for (largest, x) in largest.iter_mut().zip(sample) {
-            *largest = (*largest).max(x.to_bits() & 0x7fff_ffff);
-        }
+        accepted &= sample.abs().simd_lt(limit);
     }
-    if largest[..3].iter().any(|&bits| bits >= LIMIT_BITS) {
+    if accepted.to_bitmask() & 0b111 != 0b111 {
         return sum_accepted(samples);
     }
     total
@@ -173,7 +179,7 @@ fn sum_block(samples: &[[f32; 4]]) -> BlockSum {
 fn sum_accepted(samples: &[[f32; 4]]) -> BlockSum {
     let mut total = BlockSum::EMPTY;
     for sample in samples.iter().filter(|sample| accepts_all(sample)) {
-        total.add(sample);
+        total.add(widen(*sample));
     }
     total
 }
