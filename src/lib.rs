@@ -1,6 +1,7 @@
 //! Ondine: a data-oriented wavefront path tracer for the CPU.
 
 pub mod error;
+pub mod film;
 pub mod lanes;
 pub mod material;
 pub mod sampling;

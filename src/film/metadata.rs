@@ -1,0 +1,179 @@
+//! What an image file says of the render that made it: header attributes whose names begin with `ondine.`.
+
+use exr::meta::attribute::{AttributeValue, Text};
+use std::collections::HashMap;
+use std::ops::Range;
+
+/// The settings and the course of a render. Size and region are the file's windows, AOVs its channels, and the film
+/// itself knows its rejected samples.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Metadata {
+    /// Name of the scene as the user gave it.
+    pub scene: String,
+    /// Hash of what the scene says, hexadecimal.
+    pub scene_hash: String,
+    /// Name of the camera.
+    pub camera: String,
+    /// Seed.
+    pub seed: u64,
+    /// Samples per pixel of the whole image, of which this file may hold a part.
+    pub spp: u32,
+    /// The sample indices that were traced for every pixel; more than one range after a merge of parts that are not
+    /// neighbours.
+    pub sample_ranges: Vec<Range<u32>>,
+    /// Greatest number of edges of a path.
+    pub path_length: u32,
+    /// Estimator.
+    pub strategy: String,
+    /// Source of random numbers.
+    pub sampler: String,
+    /// Version of the program.
+    pub version: String,
+    /// The instruction sets it was compiled for.
+    pub target_features: String,
+    /// Seconds of rendering, all parts together.
+    pub seconds: f64,
+    /// Rays traced: closest hit and shadow.
+    pub rays: u64,
+    /// Whether the render was stopped before its last sample.
+    pub interrupted: bool,
+}
+
+/// What the film knows of itself and its channels do not say.
+pub(super) struct FilmFacts {
+    /// Samples kept out.
+    pub rejected: u64,
+    /// [`image_hash`](super::Film::image_hash): whoever reads can see that no bit was lost.
+    pub image_hash: String,
+}
+
+/// Attributes of an EXR header.
+pub(super) type Attributes = HashMap<Text, AttributeValue>;
+
+impl Metadata {
+    /// As attributes, with those of the film.
+    pub(super) fn to_attributes(&self, facts: &FilmFacts) -> Attributes {
+        let ranges: Vec<_> = self
+            .sample_ranges
+            .iter()
+            .map(|r| format!("{}..{}", r.start, r.end))
+            .collect();
+        [
+            ("scene", text(&self.scene)),
+            ("scene_hash", text(&self.scene_hash)),
+            ("camera", text(&self.camera)),
+            ("seed", whole(self.seed)),
+            ("spp", whole(self.spp.into())),
+            ("sample_ranges", text(&ranges.join(","))),
+            ("path_length", whole(self.path_length.into())),
+            ("strategy", text(&self.strategy)),
+            ("sampler", text(&self.sampler)),
+            ("version", text(&self.version)),
+            ("target_features", text(&self.target_features)),
+            ("seconds", AttributeValue::F64(self.seconds)),
+            ("rays", whole(self.rays)),
+            ("interrupted", whole(self.interrupted.into())),
+            ("rejected_samples", whole(facts.rejected)),
+            ("image_hash", text(&facts.image_hash)),
+        ]
+        .into_iter()
+        .map(|(key, value)| (name(key), value))
+        .collect()
+    }
+
+    /// From attributes, with those of the film; the name of the attribute that is missing or wrong.
+    pub(super) fn from_attributes(all: &Attributes) -> Result<(Self, FilmFacts), String> {
+        let read = Reader(all);
+        let metadata = Self {
+            scene: read.text("scene")?,
+            scene_hash: read.text("scene_hash")?,
+            camera: read.text("camera")?,
+            seed: read.whole("seed")?,
+            spp: read.whole("spp")?,
+            sample_ranges: read.ranges("sample_ranges")?,
+            path_length: read.whole("path_length")?,
+            strategy: read.text("strategy")?,
+            sampler: read.text("sampler")?,
+            version: read.text("version")?,
+            target_features: read.text("target_features")?,
+            seconds: read.seconds("seconds")?,
+            rays: read.whole("rays")?,
+            interrupted: read.whole::<u8>("interrupted")? != 0,
+        };
+        let facts = FilmFacts {
+            rejected: read.whole("rejected_samples")?,
+            image_hash: read.text("image_hash")?,
+        };
+        Ok((metadata, facts))
+    }
+}
+
+fn name(key: &str) -> Text {
+    Text::from_slice_unchecked(format!("ondine.{key}").as_bytes())
+}
+
+/// UTF-8, as other OpenEXR programs write it.
+fn text(value: &str) -> AttributeValue {
+    AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()))
+}
+
+/// OpenEXR's integers have 32 bits; what does not fit is text.
+fn whole(value: u64) -> AttributeValue {
+    i32::try_from(value).map_or_else(|_| text(&value.to_string()), AttributeValue::I32)
+}
+
+struct Reader<'a>(&'a Attributes);
+
+impl Reader<'_> {
+    fn get<T>(&self, key: &str, read: impl Fn(&AttributeValue) -> Option<T>) -> Result<T, String> {
+        let attribute = format!("ondine.{key}");
+        match self.0.get(&name(key)) {
+            None => Err(format!("the attribute {attribute} is missing")),
+            Some(value) => read(value)
+                .ok_or_else(|| format!("the attribute {attribute} is not what it should be")),
+        }
+    }
+
+    fn text(&self, key: &str) -> Result<String, String> {
+        self.get(key, |value| match value {
+            AttributeValue::Text(text) => {
+                Some(String::from_utf8_lossy(text.as_slice()).into_owned())
+            }
+            _ => None,
+        })
+    }
+
+    fn whole<T: TryFrom<u64>>(&self, key: &str) -> Result<T, String> {
+        self.get(key, |value| {
+            let value = match value {
+                AttributeValue::I32(value) => u64::try_from(*value).ok()?,
+                AttributeValue::Text(text) => {
+                    std::str::from_utf8(text.as_slice()).ok()?.parse().ok()?
+                }
+                _ => return None,
+            };
+            T::try_from(value).ok()
+        })
+    }
+
+    fn seconds(&self, key: &str) -> Result<f64, String> {
+        self.get(key, |value| match value {
+            AttributeValue::F64(value) => Some(*value),
+            AttributeValue::F32(value) => Some(f64::from(*value)),
+            _ => None,
+        })
+    }
+
+    fn ranges(&self, key: &str) -> Result<Vec<Range<u32>>, String> {
+        let list = self.text(key)?;
+        list.split(',')
+            .filter(|part| !part.is_empty())
+            .map(|part| {
+                let (start, end) = part.split_once("..")?;
+                let range: Range<u32> = start.parse().ok()?..end.parse().ok()?;
+                (range.start <= range.end).then_some(range)
+            })
+            .collect::<Option<_>>()
+            .ok_or_else(|| format!("the attribute ondine.{key} is not what it should be"))
+    }
+}

@@ -1,0 +1,355 @@
+//! Floor 2: exact pixels, and the files they become.
+//!
+//! A [`Film`] adds samples so that the sums do not depend on the order of adding: the samples of a block are summed in
+//! their order in `f64`, and block sums enter wide fixed-point integers ([`exact`]). A merge of shards, in any order, is
+//! therefore bit for bit the single run. Squares are summed beside the values, for the variance of each pixel.
+
+mod add;
+pub mod exact;
+pub mod exr;
+pub mod png;
+pub mod tonemap;
+
+mod aov;
+mod describe;
+mod metadata;
+mod planes;
+mod region;
+mod whole_file;
+
+pub use aov::{AovSample, AovSet};
+pub use describe::{Channel, ExrDescription, Part, describe};
+pub use exact::MAX_SAMPLES;
+pub use metadata::Metadata;
+pub use region::Region;
+pub use whole_file::write_whole;
+
+use crate::error::{Error, Result};
+use exact::{Square, Sum};
+use sha2::{Digest, Sha256};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The most samples of a pixel that [`Film::add`] takes at once: one sample block. Block sums are what is rounded, so
+/// the bits of an image depend on where blocks begin: at multiples of this.
+pub const BLOCK: u32 = 16;
+
+/// Rows behind one lock: few enough that workers on different tiles seldom meet.
+const BAND_ROWS: u32 = 8;
+
+/// Exact sums of a pixel's radiance, W·sr⁻¹·m⁻², linear RGB.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
+pub struct PixelSums {
+    /// Of each channel.
+    pub sum: [Sum; 3],
+    /// Of each channel's square.
+    pub square: [Square; 3],
+}
+
+/// Some rows of the film.
+#[derive(Clone, Default)]
+struct Band {
+    counts: Vec<u32>,
+    sums: Vec<PixelSums>,
+    /// [`AovSet::components`] for each pixel.
+    aovs: Vec<Sum>,
+}
+
+/// An image as exact sums. Workers add to it through `&self`.
+pub struct Film {
+    width: u32,
+    height: u32,
+    region: Region,
+    aovs: AovSet,
+    bands: Vec<Mutex<Band>>,
+    rejected: AtomicU64,
+}
+
+impl Film {
+    /// A film without samples: an image of `width` × `height` pixels of which only `region` is stored.
+    ///
+    /// [`Error::Usage`] where the region is empty or reaches outside the image, or a side exceeds 2³⁰ pixels.
+    pub fn new(width: u32, height: u32, region: Region, aovs: AovSet) -> Result<Self> {
+        if width.max(height) > 1 << 30 {
+            return Err(Error::Usage(format!(
+                "an image of {width}x{height} pixels is too large; a side can have 2^30"
+            )));
+        }
+        if region.is_empty() || !Region::full(width, height).contains(region) {
+            return Err(Error::Usage(format!(
+                "the region {region} (x0,y0,x1,y1) holds no pixel of an image of {width}x{height}, or reaches outside; \
+                 choose 0 <= x0 < x1 <= {width} and 0 <= y0 < y1 <= {height}"
+            )));
+        }
+        let bands = (region.y0..region.y1)
+            .step_by(BAND_ROWS as usize)
+            .map(|y| {
+                let rows = BAND_ROWS.min(region.y1 - y) as usize;
+                let pixels = rows * region.width() as usize;
+                Mutex::new(Band {
+                    counts: vec![0; pixels],
+                    sums: vec![PixelSums::default(); pixels],
+                    aovs: vec![Sum::default(); pixels * aovs.components()],
+                })
+            })
+            .collect();
+        Ok(Self {
+            width,
+            height,
+            region,
+            aovs,
+            bands,
+            rejected: AtomicU64::new(0),
+        })
+    }
+
+    /// Columns of the full image.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Rows of the full image.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// The pixels that are stored.
+    pub fn region(&self) -> Region {
+        self.region
+    }
+
+    /// The AOVs that are stored.
+    pub fn aovs(&self) -> AovSet {
+        self.aovs
+    }
+
+    /// Samples kept out because a channel was not finite, or 2³² and more.
+    pub fn rejected(&self) -> u64 {
+        self.rejected.load(Ordering::Relaxed)
+    }
+
+    fn set_rejected(&mut self, rejected: u64) {
+        *self.rejected.get_mut() = rejected;
+    }
+
+    /// The band of a row, and the index in it of the row's first pixel.
+    fn band(&self, y: u32) -> (MutexGuard<'_, Band>, usize) {
+        let row = y - self.region.y0;
+        let first = (row % BAND_ROWS) as usize * self.region.width() as usize;
+        // `add` panics only between two pixels, so a band is whole even then.
+        let band = self.bands[(row / BAND_ROWS) as usize]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        (band, first)
+    }
+
+    /// Panics outside the region.
+    fn with_pixel<T>(&self, x: u32, y: u32, read: impl FnOnce(&Band, usize) -> T) -> T {
+        assert!(
+            self.region.has(x, y),
+            "pixel {x},{y} lies outside the region {}",
+            self.region
+        );
+        let (band, first) = self.band(y);
+        read(&band, first + (x - self.region.x0) as usize)
+    }
+
+    /// Samples that a pixel holds. Absolute coordinates; panics outside the region, as all accessors do.
+    pub fn count(&self, x: u32, y: u32) -> u32 {
+        self.with_pixel(x, y, |band, i| band.counts[i])
+    }
+
+    /// The exact sums of a pixel.
+    pub fn sums(&self, x: u32, y: u32) -> PixelSums {
+        self.with_pixel(x, y, |band, i| band.sums[i])
+    }
+
+    /// Mean radiance of a pixel, linear RGB; 0 without samples.
+    pub fn mean(&self, x: u32, y: u32) -> [f32; 3] {
+        self.with_pixel(x, y, Band::mean)
+    }
+
+    /// Variance of the mean of a pixel, each channel: the unbiased sample variance over the number of samples.
+    /// 0 with fewer than two samples.
+    pub fn variance(&self, x: u32, y: u32) -> [f32; 3] {
+        self.with_pixel(x, y, Band::variance)
+    }
+
+    /// Mean AOVs of a pixel; 0 where the film does not hold them, or has no samples.
+    pub fn aov(&self, x: u32, y: u32) -> AovSample {
+        let stride = self.aovs.components();
+        self.with_pixel(x, y, |band, i| {
+            let mut all = [0.0; 7];
+            for (k, component) in self.aovs.present().enumerate() {
+                all[component.index] =
+                    exact::mean(band.aovs[i * stride + k], band.counts[i]) as f32;
+            }
+            let [r, g, b, nx, ny, nz, depth] = all;
+            AovSample {
+                albedo: [r, g, b],
+                normal: [nx, ny, nz],
+                depth,
+            }
+        })
+    }
+
+    /// Mean radiance of every pixel of the region, row after row.
+    pub fn means(&self) -> Vec<[f32; 3]> {
+        self.collect(Band::mean)
+    }
+
+    /// Variance of the mean of every pixel of the region, row after row.
+    pub fn variances(&self) -> Vec<[f32; 3]> {
+        self.collect(Band::variance)
+    }
+
+    fn collect<T>(&self, read: impl Fn(&Band, usize) -> T) -> Vec<T> {
+        let mut all = Vec::with_capacity(self.region.pixels());
+        for y in self.region.y0..self.region.y1 {
+            let (band, first) = self.band(y);
+            all.extend((first..first + self.region.width() as usize).map(|i| read(&band, i)));
+        }
+        all
+    }
+
+    /// Samples of all pixels together.
+    pub fn total_samples(&self) -> u64 {
+        self.collect(|band, i| u64::from(band.counts[i]))
+            .iter()
+            .sum()
+    }
+
+    /// Adds what another film of the same image holds. Exact: in whatever order films are merged, the bits are the same.
+    ///
+    /// Where the regions differ, this film grows to the smallest region that holds both; pixels that neither holds have
+    /// no samples. [`Error::Usage`], and nothing is added, where the images differ in size or AOVs, or a pixel would
+    /// hold more than [`MAX_SAMPLES`].
+    pub fn merge(&mut self, other: &Self) -> Result<()> {
+        if (self.width, self.height) != (other.width, other.height) {
+            return Err(Error::Usage(format!(
+                "cannot merge an image of {}x{} pixels into one of {}x{}",
+                other.width, other.height, self.width, self.height
+            )));
+        }
+        if self.aovs != other.aovs {
+            return Err(Error::Usage(format!(
+                "cannot merge images with different AOVs: one has \"{}\", the other \"{}\"",
+                self.aovs, other.aovs
+            )));
+        }
+        let shared = |x, y| self.region.has(x, y) && other.region.has(x, y);
+        if let Some((x, y)) = other
+            .region
+            .coordinates()
+            .find(|&(x, y)| shared(x, y) && self.count(x, y) + other.count(x, y) > MAX_SAMPLES)
+        {
+            return Err(Error::Usage(format!(
+                "cannot merge: pixel {x},{y} would hold more than {MAX_SAMPLES} samples"
+            )));
+        }
+        if !self.region.contains(other.region) {
+            let region = self.region.bounding(other.region);
+            let mut grown = Self::new(self.width, self.height, region, self.aovs)?;
+            grown.add_film(self);
+            *self = grown;
+        }
+        self.add_film(other);
+        Ok(())
+    }
+
+    /// `other` lies within, and all counts were checked.
+    fn add_film(&mut self, other: &Self) {
+        let width = other.region.width() as usize;
+        let stride = self.aovs.components();
+        for y in other.region.y0..other.region.y1 {
+            let (from, i) = other.band(y);
+            let (mut to, first) = self.band(y);
+            let j = first + (other.region.x0 - self.region.x0) as usize;
+            to.counts[j..j + width]
+                .iter_mut()
+                .zip(&from.counts[i..])
+                .for_each(|(a, b)| *a += b);
+            for (a, b) in to.sums[j..j + width].iter_mut().zip(&from.sums[i..]) {
+                for c in 0..3 {
+                    a.sum[c] += b.sum[c];
+                    a.square[c] += b.square[c];
+                }
+            }
+            to.aovs[j * stride..(j + width) * stride]
+                .iter_mut()
+                .zip(&from.aovs[i * stride..])
+                .for_each(|(a, &b)| *a += b);
+        }
+        let rejected = self.rejected().saturating_add(other.rejected());
+        self.set_rejected(rejected);
+    }
+
+    /// SHA-256, in hexadecimal, of the exact pixels: for each of the region, row after row, its coordinates in the full
+    /// image, its sample count (each `u32`), three sums and three sums of squares (each `i128`), all little-endian.
+    pub fn image_hash(&self) -> String {
+        self.hash(self.region)
+    }
+
+    /// The [`image_hash`](Self::image_hash) of a film that stores only `region` of this one.
+    /// [`Error::Usage`] where the film does not hold it.
+    pub fn image_hash_of(&self, region: Region) -> Result<String> {
+        if region.is_empty() || !self.region.contains(region) {
+            return Err(Error::Usage(format!(
+                "the region {region} is not within the image's {}",
+                self.region
+            )));
+        }
+        Ok(self.hash(region))
+    }
+
+    fn hash(&self, region: Region) -> String {
+        let mut hasher = Sha256::new();
+        let mut row = Vec::with_capacity(region.width() as usize * 108);
+        for y in region.y0..region.y1 {
+            row.clear();
+            let (band, first) = self.band(y);
+            for x in region.x0..region.x1 {
+                let i = first + (x - self.region.x0) as usize;
+                for word in [x, y, band.counts[i]] {
+                    row.extend_from_slice(&word.to_le_bytes());
+                }
+                let PixelSums { sum, square } = band.sums[i];
+                for word in sum.map(|s| s.0).into_iter().chain(square.map(|q| q.0)) {
+                    row.extend_from_slice(&word.to_le_bytes());
+                }
+            }
+            drop(band);
+            hasher.update(&row);
+        }
+        hasher
+            .finalize()
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect()
+    }
+}
+
+impl Band {
+    fn mean(&self, i: usize) -> [f32; 3] {
+        self.sums[i]
+            .sum
+            .map(|s| exact::mean(s, self.counts[i]) as f32)
+    }
+
+    fn variance(&self, i: usize) -> [f32; 3] {
+        let PixelSums { sum, square } = self.sums[i];
+        std::array::from_fn(|c| exact::variance_of_mean(sum[c], square[c], self.counts[i]) as f32)
+    }
+}
+
+impl std::fmt::Debug for Film {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Film")
+            .field("width", &self.width)
+            .field("height", &self.height)
+            .field("region", &self.region)
+            .field("aovs", &self.aovs)
+            .field("rejected", &self.rejected())
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,93 @@
+//! Files that are whole or not there: written beside their place, then renamed into it.
+
+use crate::error::{Error, Result};
+use std::fs::{self, File, Permissions};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Writes a file by way of a temporary one in the same folder, flushed to the disk and renamed over `path`.
+///
+/// Where `path` is a link, the file it leads to is replaced; a file that is replaced keeps its permissions, a new one
+/// has those that the umask gives. On any error ([`Error::Write`]) nothing is left behind, and what was at `path` stays.
+pub fn write_whole(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> Result<()> {
+    write(path, fill).map_err(|source| Error::Write {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+fn write(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> io::Result<()> {
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let old = fs::metadata(&target).ok();
+    // Renaming over a device or a pipe would put a plain file in its place.
+    if let Some(old) = old.as_ref().filter(|old| !old.is_file()) {
+        let what = if old.is_dir() {
+            "a folder"
+        } else {
+            "no plain file"
+        };
+        return Err(other(format!(
+            "it is {what}; name a file to create or replace"
+        )));
+    }
+    let folder = folder_of(&target)?;
+    let mut temporary = tempfile::Builder::new();
+    temporary.prefix(".ondine-").suffix(".tmp");
+    if let Some(permissions) = shared_permissions() {
+        temporary.permissions(permissions);
+    }
+    let mut temporary = temporary.tempfile_in(&folder).map_err(|e| {
+        // Without the random name of the temporary file, which tells the user nothing.
+        let message = format!("cannot create a file in {}: {}", folder.display(), e.kind());
+        io::Error::new(e.kind(), message)
+    })?;
+    let mut writer = BufWriter::with_capacity(1 << 18, temporary.as_file_mut());
+    fill(&mut writer)?;
+    writer.flush()?;
+    drop(writer);
+    if let Some(old) = old {
+        temporary.as_file().set_permissions(old.permissions())?;
+    }
+    temporary.as_file().sync_all()?;
+    temporary.persist(&target).map_err(|e| e.error)?;
+    Ok(())
+}
+
+/// The folder of a file to write.
+fn folder_of(path: &Path) -> io::Result<PathBuf> {
+    let folder = match path.parent() {
+        None => return Err(other("it names no file".to_owned())),
+        Some(parent) if parent.as_os_str().is_empty() => Path::new("."),
+        Some(parent) => parent,
+    };
+    match fs::metadata(folder) {
+        Ok(found) if found.is_dir() => Ok(folder.to_owned()),
+        Ok(_) => Err(other(format!("{} is no folder", folder.display()))),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Err(io::Error::new(
+            io::ErrorKind::NotFound,
+            format!(
+                "the folder {0} does not exist; create it first (mkdir -p {0})",
+                folder.display()
+            ),
+        )),
+        Err(e) => Err(e),
+    }
+}
+
+/// Temporary files are private by default; an image is for all whom the umask allows.
+fn shared_permissions() -> Option<Permissions> {
+    #[cfg(unix)]
+    return Some(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    #[cfg(not(unix))]
+    None
+}
+
+fn other(message: String) -> io::Error {
+    io::Error::other(message)
+}

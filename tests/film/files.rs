@@ -1,0 +1,381 @@
+//! Files: whole or not there, and exact.
+
+use crate::{ALL, Random, assert_same, filled};
+use ondine::error::Error;
+use ondine::film::tonemap::{Operator, Tonemap};
+use ondine::film::{AovSet, Film, Metadata, Region, describe, exr, png, write_whole};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+fn metadata() -> Metadata {
+    Metadata {
+        scene: "scènes/châlet 🎬.toml".to_owned(),
+        scene_hash: "0123456789abcdef".to_owned(),
+        camera: String::new(),
+        seed: u64::MAX,
+        spp: 64,
+        sample_ranges: vec![0..16, 32..48],
+        path_length: u32::MAX,
+        strategy: "mis".to_owned(),
+        sampler: "sobol".to_owned(),
+        version: "0.1.0".to_owned(),
+        target_features: "avx2,fma".to_owned(),
+        seconds: 12.345_678_901,
+        rays: 98_765_432_101,
+        interrupted: true,
+    }
+}
+
+const CROP: Region = Region {
+    x0: 3,
+    y0: 5,
+    x1: 40,
+    y1: 52,
+};
+
+/// 47 rows, so that the last block is not full; one sample is rejected.
+fn sample_film() -> Film {
+    let film = filled(50, 60, CROP, 20);
+    let pixel = Region {
+        x0: 9,
+        y0: 9,
+        x1: 10,
+        y1: 10,
+    };
+    film.add(pixel, 1, &[[f32::NAN; 4]], Some(&[Default::default()]));
+    film
+}
+
+/// A file that was written, and the folder that holds it.
+fn written() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.exr");
+    exr::write(&path, &sample_film(), &metadata()).unwrap();
+    (folder, path)
+}
+
+fn is_empty(folder: &Path) -> bool {
+    std::fs::read_dir(folder).unwrap().next().is_none()
+}
+
+#[test]
+fn an_exr_gives_back_every_bit() {
+    let (folder, path) = written();
+    let (film, read) = exr::read(&path).unwrap();
+    assert_eq!(read, metadata());
+    assert_eq!((film.width(), film.height(), film.aovs()), (50, 60, ALL));
+    assert_eq!(film.rejected(), 1);
+    assert_same(&film, &sample_film());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn parts_merge_from_files_as_in_memory_with_their_aovs() {
+    let (_folder, path) = written();
+    let (mut film, _) = exr::read(&path).unwrap();
+    let (again, _) = exr::read(&path).unwrap();
+    film.merge(&again).unwrap();
+    let mut expected = sample_film();
+    expected.merge(&sample_film()).unwrap();
+    assert_same(&film, &expected);
+    assert_eq!(film.rejected(), 2);
+}
+
+#[test]
+fn an_exr_without_aovs_comes_back_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plain.exr");
+    let film = Film::new(5, 4, Region::full(5, 4), AovSet::default()).unwrap();
+    film.add(Region::full(5, 4), 1, &[[-0.5, 2.0, 1e-6, 0.0]; 20], None);
+    exr::write(&path, &film, &Metadata::default()).unwrap();
+    let (read, metadata) = exr::read(&path).unwrap();
+    assert_eq!(metadata, Metadata::default());
+    assert_same(&read, &film);
+}
+
+#[test]
+fn a_description_lists_what_the_file_holds() {
+    let (_folder, path) = written();
+    let description = describe(&path).unwrap();
+    let [part] = &description.parts[..] else {
+        panic!("one part");
+    };
+    assert_eq!(part.data_window, [3, 5, 40, 52]);
+    assert_eq!(part.display_window, [0, 0, 50, 60]);
+    assert_eq!((part.compression, part.storage), ("zip", "scanline"));
+    let kind = |name: &str| {
+        part.channels
+            .iter()
+            .find(|c| c.name == name)
+            .map(|c| c.kind)
+    };
+    assert_eq!(kind("R"), Some("float"));
+    assert_eq!(kind("variance.B"), Some("float"));
+    assert_eq!(kind("normal.Z"), Some("float"));
+    assert_eq!(kind("exact.square.G.3"), Some("uint"));
+    assert_eq!(kind("exact.depth.Z.0"), Some("uint"));
+    assert_eq!(part.attributes["ondine.scene"], metadata().scene);
+    assert_eq!(part.attributes["ondine.spp"], 64);
+    assert!(
+        serde_json::to_string(&description)
+            .unwrap()
+            .contains("ondine.seed")
+    );
+}
+
+#[test]
+fn what_is_no_image_of_ours_is_a_format_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("other.exr");
+    let message = |path: &Path| match exr::read(path) {
+        Err(Error::Format { message, .. }) => message,
+        other => panic!("{other:?}"),
+    };
+    std::fs::write(&path, "not an image").unwrap();
+    assert!(message(&path).contains("not an OpenEXR image"));
+    std::fs::write(&path, "").unwrap();
+    assert!(message(&path).contains("not an OpenEXR image"));
+    ::exr::prelude::write_rgb_file(&path, 4, 4, |x, y| (x as f32, y as f32, 0.0_f32)).unwrap();
+    assert!(message(&path).contains("no image that Ondine wrote"));
+    assert_eq!(describe(&path).unwrap().parts[0].channels.len(), 3);
+    assert!(matches!(
+        exr::read(&folder.path().join("none.exr")),
+        Err(Error::Read { .. })
+    ));
+    assert!(matches!(exr::read(folder.path()), Err(Error::Read { .. })));
+}
+
+#[test]
+fn a_file_cut_anywhere_is_a_format_error() {
+    let (_folder, path) = written();
+    let bytes = std::fs::read(&path).unwrap();
+    let mut random = Random(3);
+    let cuts = (0..8).chain((0..150).map(|_| random.below(bytes.len())));
+    for cut in cuts.chain([bytes.len() - 1]) {
+        std::fs::write(&path, &bytes[..cut]).unwrap();
+        assert!(
+            matches!(exr::read(&path), Err(Error::Format { .. })),
+            "cut at {cut}"
+        );
+        let _ = describe(&path);
+    }
+}
+
+#[test]
+fn no_mutation_of_a_file_makes_the_reader_panic_or_changes_a_pixel_unseen() {
+    let (_folder, path) = written();
+    let bytes = std::fs::read(&path).unwrap();
+    let hash = sample_film().image_hash();
+    let mut random = Random(4);
+    for round in 0..600 {
+        let mut mutant = bytes.clone();
+        // Mostly the header and the first blocks, where the structure is.
+        let reach = if round % 3 == 0 { mutant.len() } else { 4000 };
+        for _ in 0..1 + random.below(4) {
+            let at = random.below(reach);
+            mutant[at] = match random.below(4) {
+                0 => 0,
+                1 => 0xff,
+                2 => mutant[at] ^ (1 << random.below(8)),
+                _ => random.bits() as u8,
+            };
+        }
+        std::fs::write(&path, &mutant).unwrap();
+        match exr::read(&path) {
+            Ok((film, _)) => assert_eq!(film.image_hash(), hash),
+            Err(Error::Format { .. } | Error::Read { .. }) => {}
+            Err(error) => panic!("{error}"),
+        }
+        let _ = describe(&path);
+    }
+}
+
+#[test]
+fn an_unwritable_place_is_a_write_error_that_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "kept").unwrap();
+    let failing = [
+        (
+            folder.path().join("no/such/folder/a.exr"),
+            "create it first (mkdir -p",
+        ),
+        (file.join("a.exr"), "cannot write"),
+        (folder.path().to_owned(), "it is a folder"),
+        (PathBuf::from("/dev/null"), "no plain file"),
+        (
+            PathBuf::from("/proc/a.exr"),
+            "cannot create a file in /proc",
+        ),
+        (PathBuf::from("/"), "it is a folder"),
+        (PathBuf::from(""), "cannot write"),
+    ];
+    for (path, part) in failing {
+        for error in [
+            exr::write(&path, &sample_film(), &metadata()).unwrap_err(),
+            png::write(&path, &sample_film(), Tonemap::default()).unwrap_err(),
+        ] {
+            assert!(matches!(error, Error::Write { .. }));
+            assert!(error.to_string().contains(part), "{error}");
+        }
+    }
+    assert_eq!(std::fs::read(&file).unwrap(), b"kept");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn an_error_half_way_leaves_the_old_file_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.exr");
+    let half = |file: &mut dyn Write| {
+        file.write_all(&[7; 1 << 20])?;
+        Err(std::io::Error::other("half way"))
+    };
+    assert!(write_whole(&path, |file| half(file)).is_err());
+    assert!(is_empty(folder.path()));
+    std::fs::write(&path, "old").unwrap();
+    assert!(write_whole(&path, |file| half(file)).is_err());
+    assert_eq!(std::fs::read(&path).unwrap(), b"old");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+/// A file system of 64 KiB, or `None` where this machine does not let a test mount one.
+#[cfg(target_os = "linux")]
+struct SmallDisk(tempfile::TempDir);
+
+#[cfg(target_os = "linux")]
+impl SmallDisk {
+    fn new() -> Option<Self> {
+        let folder = tempfile::tempdir().unwrap();
+        let mounted = std::process::Command::new("mount")
+            .args(["-t", "tmpfs", "-o", "size=64k", "tmpfs"])
+            .arg(folder.path())
+            .output()
+            .is_ok_and(|output| output.status.success());
+        mounted.then_some(Self(folder))
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        let _ = std::process::Command::new("umount")
+            .arg(self.0.path())
+            .status();
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_a_write_error_and_leaves_nothing() {
+    let Some(disk) = SmallDisk::new() else {
+        eprintln!(
+            "SKIPPED: a_full_disk_is_a_write_error_and_leaves_nothing: may not mount a tmpfs here"
+        );
+        return;
+    };
+    let path = disk.0.path().join("image.exr");
+    let film = sample_film();
+    let error = exr::write(&path, &film, &metadata()).unwrap_err();
+    assert!(matches!(error, Error::Write { .. }), "{error}");
+    assert!(
+        error.to_string().to_lowercase().contains("no space"),
+        "{error}"
+    );
+    assert!(is_empty(disk.0.path()));
+
+    let noise = filled(256, 256, Region::full(256, 256), 1);
+    let error = png::write(&disk.0.path().join("image.png"), &noise, Tonemap::default());
+    assert!(matches!(error, Err(Error::Write { .. })), "{error:?}");
+    assert!(is_empty(disk.0.path()));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_new_file_has_the_permissions_of_any_other_and_a_replaced_one_keeps_its_own() {
+    use std::os::unix::fs::PermissionsExt;
+    let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+    let (folder, path) = written();
+    let plain = folder.path().join("plain");
+    std::fs::write(&plain, "").unwrap();
+    assert_eq!(mode(&path), mode(&plain));
+    std::fs::set_permissions(&path, PermissionsExt::from_mode(0o600)).unwrap();
+    let link = folder.path().join("link.exr");
+    std::os::unix::fs::symlink(&path, &link).unwrap();
+    exr::write(&link, &sample_film(), &Metadata::default()).unwrap();
+    assert_eq!(mode(&path), 0o600);
+    assert!(link.is_symlink());
+    assert_eq!(exr::read(&path).unwrap().1, Metadata::default());
+}
+
+#[test]
+fn tone_curves_are_monotone_and_bounded() {
+    for operator in [Operator::Linear, Operator::Reinhard, Operator::Aces] {
+        assert_eq!(operator.to_string().parse::<Operator>().unwrap(), operator);
+        let map = Tonemap {
+            operator,
+            exposure: 0.0,
+        };
+        let mut last = (0.0, 0);
+        for bits in (0..0x7f80_0000_u32).step_by(997).chain([0x7f80_0000]) {
+            let x = f32::from_bits(bits);
+            let now = (operator.apply(x), map.encode(x));
+            assert!((0.0..=1.0).contains(&now.0), "{operator} {x:e}");
+            assert!(now.0 >= last.0 && now.1 >= last.1, "{operator} {x:e}");
+            last = now;
+        }
+        assert_eq!(last.1, 255);
+        for x in [f32::NAN, f32::NEG_INFINITY, -1.0, -0.0, 0.0] {
+            assert_eq!(map.encode(x), 0);
+        }
+        assert_eq!(map.encode(f32::INFINITY), 255);
+        for exposure in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
+            Tonemap { operator, exposure }.encode(0.5);
+        }
+        let brighter = Tonemap {
+            operator,
+            exposure: 2.0,
+        };
+        assert_eq!(brighter.encode(0.1), map.encode(0.4));
+    }
+    assert!("filmic".parse::<Operator>().is_err());
+}
+
+#[test]
+fn linear_codes_are_srgb_rounded_to_nearest() {
+    let map = Tonemap::default();
+    for i in 0..=100_000 {
+        let x = i as f32 / 100_000.0;
+        let linear = f64::from(x);
+        let code = if linear <= 0.003_130_8 {
+            12.92 * linear
+        } else {
+            1.055 * linear.powf(1.0 / 2.4) - 0.055
+        } * 255.0;
+        // The standard's constants leave a step of 1e-7 where its two pieces meet.
+        assert!(
+            (f64::from(map.encode(x)) - code).abs() <= 0.5 + 1e-4,
+            "{x} {code}"
+        );
+    }
+}
+
+#[test]
+fn a_png_decodes_to_the_tone_mapped_pixels_and_says_srgb() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.png");
+    let film = sample_film();
+    let map = Tonemap {
+        operator: Operator::Aces,
+        exposure: -1.5,
+    };
+    png::write(&path, &film, map).unwrap();
+    let decoder = ::png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap()));
+    let mut reader = decoder.read_info().unwrap();
+    assert!(reader.info().srgb.is_some());
+    assert_eq!((reader.info().width, reader.info().height), (37, 47));
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut bytes).unwrap();
+    assert_eq!(bytes, png::pixels(&film, map));
+    assert_eq!(bytes[..3], film.mean(3, 5).map(|x| map.encode(x)));
+}
