@@ -1,3 +1,4 @@
 //! Floor 3: immutable scenes.
 
 pub mod description;
+pub mod toml;
