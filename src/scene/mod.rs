@@ -1,4 +1,5 @@
 //! Floor 3: immutable scenes.
 
+pub mod builtin;
 pub mod description;
 pub mod toml;
