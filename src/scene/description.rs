@@ -1,5 +1,7 @@
 //! A scene as its author wrote it: plain values, checked, before it is compiled into tables for the kernels.
 
+use super::toml::names;
+use crate::error::Error;
 use crate::lanes::Rgb;
 use crate::material::Material;
 use glam::Vec3;
@@ -204,4 +206,49 @@ pub struct LatLong {
     pub height: usize,
     /// Row-major; finite, not negative.
     pub pixels: Vec<Rgb>,
+}
+
+/// Writes `NAMES`, `Display` and `FromStr` of a choice from the one list of its names.
+macro_rules! names {
+    ($type:ident, $what:literal: $($name:literal = $variant:ident),+) => {
+        impl $type {
+            /// Each choice and its name in scene files and on the command line.
+            pub const NAMES: &[(&str, Self)] = &[$(($name, Self::$variant)),+];
+        }
+
+        impl std::fmt::Display for $type {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.pad(match self { $(Self::$variant => $name),+ })
+            }
+        }
+
+        impl std::str::FromStr for $type {
+            type Err = Error;
+
+            fn from_str(name: &str) -> Result<Self, Error> {
+                choose($what, name, Self::NAMES)
+            }
+        }
+    };
+}
+
+names!(Strategy, "strategy": "uniform" = Uniform, "cosine" = Cosine, "light" = Light, "mis" = Mis);
+names!(SamplerKind, "sampler": "pcg" = Pcg, "sobol" = Sobol);
+names!(Filter, "filter": "box" = Box, "tent" = Tent, "gaussian" = Gaussian);
+
+/// The choice of that name, or an error that lists all.
+fn choose<T: Copy>(what: &str, name: &str, choices: &[(&str, T)]) -> Result<T, Error> {
+    if let Some(&(_, choice)) = choices.iter().find(|(known, _)| *known == name) {
+        return Ok(choice);
+    }
+    let known = || choices.iter().map(|&(known, _)| known);
+    let hint = match names::did_you_mean(name, known()) {
+        hint if hint.is_empty() => ".".to_owned(),
+        hint => hint,
+    };
+    let name = names::quoted(name);
+    let list = names::list(known());
+    Err(Error::Usage(format!(
+        "unknown {what} {name}{hint} Known: {list}"
+    )))
 }

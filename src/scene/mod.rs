@@ -1,10 +1,12 @@
 //! Floor 3: scenes. A loader reads a file into a [`description::Description`]; [`Scene::compile`] turns that into the
 //! immutable tables that the kernels read.
 
+pub mod builtin;
 pub mod camera;
 pub mod description;
 pub mod environment;
 pub mod light;
+pub mod toml;
 
 use crate::lanes::{Rgb, Vec3x8, f32x8, gather_rows, u32x8};
 use crate::material::{self, Kind};

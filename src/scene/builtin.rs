@@ -1,0 +1,105 @@
+//! The built-in scenes: those of `scenes/`, embedded, so that a first render needs no file.
+
+use super::description::Description;
+use super::toml::{self, names};
+use crate::error::{Error, Result};
+use std::path::Path;
+
+/// A scene that is part of the program.
+#[derive(Clone, Copy, Debug)]
+pub struct Builtin {
+    /// What it is called on the command line.
+    pub name: &'static str,
+    /// Its text, as `ondine scenes NAME` prints it.
+    pub text: &'static str,
+}
+
+macro_rules! builtins {
+    ($($name:literal),+ $(,)?) => {
+        &[$(Builtin {
+            name: $name,
+            text: include_str!(concat!("../../scenes/", $name, ".toml")),
+        }),+]
+    };
+}
+
+/// Every built-in scene, in the order a newcomer should meet them.
+pub const ALL: &[Builtin] = builtins![
+    "cornell",
+    "mirror",
+    "glass",
+    "glossy",
+    "phong",
+    "blur",
+    "materials",
+    "many-lights",
+    "sky",
+    "furnace",
+];
+
+impl Builtin {
+    /// What it shows, in one line: the first comment of its text.
+    pub fn title(&self) -> &'static str {
+        let line = self.text.lines().next().unwrap_or_default();
+        line.trim_start_matches('#').trim()
+    }
+
+    /// The scene.
+    ///
+    /// # Errors
+    /// None that a test of this crate would not have met.
+    pub fn load(&self) -> Result<Description> {
+        let description = toml::parse(self.text, &format!("built-in scene {}", self.name), None)?;
+        Ok(Description {
+            name: self.name.to_owned(),
+            ..description
+        })
+    }
+}
+
+/// The built-in scene of that name.
+pub fn find(name: &str) -> Option<&'static Builtin> {
+    ALL.iter().find(|builtin| builtin.name == name)
+}
+
+/// A scene as it is named on the command line: the path of a `.toml` file, or the name of a built-in scene.
+///
+/// # Errors
+/// [`Error::Usage`] where there is no such scene, [`Error::Format`] for a kind of file that is not read, and all of
+/// [`toml::load`].
+pub fn open(scene: &str) -> Result<Description> {
+    let path = Path::new(scene);
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    match extension.map(str::to_lowercase).as_deref() {
+        Some("toml") if path.exists() => return toml::load(path),
+        Some("gltf" | "glb") => return Err(not_supported(path, "glTF")),
+        Some("pbrt") => return Err(not_supported(path, "pbrt")),
+        _ => {}
+    }
+    if let Some(builtin) = find(scene) {
+        return builtin.load();
+    }
+    if path.exists() {
+        return Err(Error::format(
+            path,
+            "is not a scene file; scenes are .toml files (`ondine scenes cornell` prints one to start from)",
+        ));
+    }
+    let known = || ALL.iter().map(|builtin| builtin.name);
+    // `cornel.toml` and `scenes/cornell.toml` are attempts at a name too.
+    let stem = path.file_stem().and_then(|stem| stem.to_str());
+    let hint = names::did_you_mean(stem.unwrap_or(scene), known());
+    let quoted = names::quoted(scene);
+    let list = names::list(known());
+    Err(Error::Usage(format!(
+        "there is no file and no built-in scene {quoted}{} Built-in scenes: {list}",
+        if hint.is_empty() { "." } else { &hint },
+    )))
+}
+
+fn not_supported(path: &Path, format: &str) -> Error {
+    let message = format!(
+        "{format} scenes are not supported by this version; write the scene as .toml (`ondine scenes cornell` prints one to start from)"
+    );
+    Error::format(path, message)
+}

@@ -1,0 +1,325 @@
+//! The TOML scene format, version 1: text to a checked [`Description`].
+//!
+//! Every error names file, line and column, says what is wrong and what to do; unknown keys are errors.
+
+mod environment;
+pub(crate) mod names;
+mod reader;
+mod world;
+
+use super::description::{
+    Camera, Description, FilmDescription, Filter, NamedCamera, RenderDefaults,
+};
+use crate::error::{Error, Result};
+use glam::Vec3;
+use reader::{Source, Table, Value};
+use std::collections::HashMap;
+use std::io::Read;
+use std::path::Path;
+use toml::de::DeTable;
+
+/// The version of the format that this program reads.
+const VERSION: u64 = 1;
+/// Greatest size of a scene file, bytes: what is larger is not a scene written by hand or script, but a mistake.
+const LARGEST: u64 = 256 << 20;
+/// Sine of the smallest angle between the up vector and the optical axis.
+const PARALLEL: f64 = 1e-4;
+
+/// Reads a scene file. Images it names are relative to its folder.
+///
+/// # Errors
+/// [`Error::Read`] where the file cannot be read, and all of [`parse`].
+pub fn load(path: &Path) -> Result<Description> {
+    let cannot_read = |source| Error::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let file = std::fs::File::open(path).map_err(cannot_read)?;
+    let mut bytes = Vec::new();
+    file.take(LARGEST + 1)
+        .read_to_end(&mut bytes)
+        .map_err(cannot_read)?;
+    if bytes.len() as u64 > LARGEST {
+        let message = "is larger than 256 MiB; a scene file is text that describes a scene";
+        return Err(Error::format(path, message));
+    }
+    let name = path.display().to_string();
+    let text = std::str::from_utf8(&bytes).map_err(|error| {
+        let valid = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+        let source = Source {
+            file: &name,
+            text: &valid,
+        };
+        source.error(
+            valid.len(),
+            "this is not UTF-8 text; save the scene file as UTF-8",
+        )
+    })?;
+    parse(text, &name, path.parent())
+}
+
+/// Reads the text of a scene. `file_name` is what errors call it; images it names are relative to `base_dir`, and
+/// without one only absolute paths are found.
+///
+/// # Errors
+/// [`Error::Scene`], with line and column, at the first thing that cannot be rendered as written.
+pub fn parse(text: &str, file_name: &str, base_dir: Option<&Path>) -> Result<Description> {
+    let source = Source {
+        file: file_name,
+        text,
+    };
+    let document = DeTable::parse(text).map_err(|error| {
+        let offset = error.span().map_or(text.len(), |span| span.start);
+        source.error(
+            offset,
+            format!("this is not valid TOML: {}", error.message()),
+        )
+    })?;
+    let root = Table::root(&source, &document);
+    // First of all: a later version may have keys that this one does not know.
+    version(&root)?;
+    root.keys(
+        "the scene",
+        &[
+            "version",
+            "camera",
+            "cameras",
+            "film",
+            "render",
+            "materials",
+            "objects",
+            "lights",
+            "environment",
+        ],
+        &[],
+    )?;
+    let cameras = cameras(&root)?;
+    let film = root
+        .get("film")
+        .map(film)
+        .transpose()?
+        .unwrap_or(FilmDescription {
+            width: 256,
+            height: 256,
+            filter: Filter::default(),
+        });
+    let render = root
+        .get("render")
+        .map(render)
+        .transpose()?
+        .unwrap_or_default();
+    let materials = root
+        .get("materials")
+        .map(world::materials)
+        .transpose()?
+        .unwrap_or_default();
+    let defined: HashMap<&str, usize> = materials
+        .iter()
+        .enumerate()
+        .map(|(index, material)| (material.name.as_str(), index))
+        .collect();
+    let objects = root
+        .get("objects")
+        .map(|value| world::objects(value, &defined))
+        .transpose()?
+        .unwrap_or_default();
+    let lights = root
+        .get("lights")
+        .map(|value| world::lights(value, &defined))
+        .transpose()?
+        .unwrap_or_default();
+    let environment = root
+        .get("environment")
+        .map(|value| environment::environment(value, base_dir))
+        .transpose()?;
+    if lights.is_empty() && environment.is_none() {
+        let what = if objects.is_empty() {
+            "the scene is empty"
+        } else {
+            "the scene has no light"
+        };
+        return Err(root.error(format!(
+            "{what}; add [[lights]] with a shape and a radiance, or an [environment] such as constant = [1.0, 1.0, 1.0]"
+        )));
+    }
+    Ok(Description {
+        name: file_name.to_owned(),
+        cameras,
+        film,
+        render,
+        materials,
+        objects,
+        lights,
+        environment,
+    })
+}
+
+fn version(root: &Table) -> Result<()> {
+    let value = root.require("the scene", "version", "`version = 1` as its first line")?;
+    match value.integer(0, u64::MAX)? {
+        VERSION => Ok(()),
+        other => Err(value.error(format!(
+            "version {other} is not supported; this program reads version {VERSION}"
+        ))),
+    }
+}
+
+fn cameras(root: &Table) -> Result<Vec<NamedCamera>> {
+    const EXAMPLE: &str = "[camera] with position, look_at and vertical_fov";
+    match (root.get("camera"), root.get("cameras")) {
+        (Some(one), Some(many)) => {
+            let later = if one.key_at > many.key_at { one } else { many };
+            Err(later.key_error(
+                "the scene has both [camera] and [cameras]; rename [camera] to [cameras.NAME] to have several",
+            ))
+        }
+        (Some(one), None) => Ok(vec![NamedCamera {
+            name: "camera".to_owned(),
+            camera: camera(one, "[camera]")?,
+        }]),
+        (None, Some(many)) => {
+            let cameras = many.table("[cameras.NAME]")?.values();
+            if cameras.is_empty() {
+                return Err(many.key_error(format!("[cameras] is empty; add {EXAMPLE}")));
+            }
+            cameras
+                .into_iter()
+                .map(|value| {
+                    Ok(NamedCamera {
+                        name: value.key.to_owned(),
+                        camera: camera(value, &format!("[cameras.{}]", value.name()))?,
+                    })
+                })
+                .collect()
+        }
+        (None, None) => Err(root.error(format!("the scene has no camera; add {EXAMPLE}"))),
+    }
+}
+
+fn camera(value: Value, owner: &str) -> Result<Camera> {
+    let table = value.table(owner)?;
+    table.keys(
+        owner,
+        &[
+            "position",
+            "look_at",
+            "up",
+            "vertical_fov",
+            "aperture_radius",
+            "focus_distance",
+        ],
+        &[],
+    )?;
+    let position = table
+        .require(owner, "position", "position = [x, y, z]")?
+        .point()?;
+    let look_at_value = table.require(owner, "look_at", "look_at = [x, y, z]")?;
+    let look_at = look_at_value.point()?;
+    let vertical_fov = table
+        .require(owner, "vertical_fov", "vertical_fov = 50.0, in degrees")?
+        .number_where("above 0 and below 180 degrees", |fov| {
+            fov > 0.0 && fov < 180.0
+        })?;
+    let axis = look_at.as_dvec3() - position.as_dvec3();
+    // Below this a direction cannot be normalised in 32-bit floats.
+    if axis.length() < 1e-15 {
+        return Err(look_at_value.error(
+            "look_at is the same point as position, so the camera looks nowhere; move either",
+        ));
+    }
+    let up_value = table.get("up");
+    let up = up_value.map_or(Ok(Vec3::Y), |value| value.point())?;
+    let up_length = up.as_dvec3().length();
+    let at_up = |message| up_value.unwrap_or(look_at_value).error(message);
+    if up_length < 1e-15 {
+        return Err(at_up(
+            "up has no direction; write up = [0.0, 1.0, 0.0]".to_owned(),
+        ));
+    }
+    if axis.cross(up.as_dvec3()).length() < PARALLEL * axis.length() * up_length {
+        let other = if axis.y.abs() > 0.9 * axis.length() {
+            "[0.0, 0.0, -1.0]"
+        } else {
+            "[0.0, 1.0, 0.0]"
+        };
+        return Err(at_up(format!(
+            "up is parallel to the view direction, so the camera has no right side; write up = {other}"
+        )));
+    }
+    let aperture_radius = table.get("aperture_radius").map_or(Ok(0.0), |value| {
+        value.number_where("at least 0 (0 is a pinhole) and at most 1e9", |radius| {
+            (0.0..=1e9).contains(&radius)
+        })
+    })?;
+    let focus_distance = table
+        .get("focus_distance")
+        .map_or(Ok(axis.length() as f32), |value| {
+            value.number_where("above 0 and at most 1e9", |distance| {
+                distance > 0.0 && distance <= 1e9
+            })
+        })?;
+    Ok(Camera {
+        position,
+        look_at,
+        up,
+        vertical_fov,
+        aperture_radius,
+        focus_distance,
+    })
+}
+
+fn film(value: Value) -> Result<FilmDescription> {
+    let table = value.table("[film]")?;
+    table.keys("[film]", &["width", "height", "filter"], &[])?;
+    let pixels = |key, example| {
+        let value = table.require("[film]", key, example)?;
+        Ok(value.integer(1, 65535)? as u32)
+    };
+    Ok(FilmDescription {
+        width: pixels("width", "width = 256, in pixels")?,
+        height: pixels("height", "height = 256, in pixels")?,
+        filter: table
+            .get("filter")
+            .map_or(Ok(Filter::default()), |value| value.choice())?,
+    })
+}
+
+fn render(value: Value) -> Result<RenderDefaults> {
+    let table = value.table("[render]")?;
+    table.keys(
+        "[render]",
+        &[
+            "spp",
+            "path_length",
+            "strategy",
+            "sampler",
+            "seed",
+            "roulette",
+        ],
+        &[],
+    )?;
+    Ok(RenderDefaults {
+        spp: table.get("spp").map(|value| value.count(1)).transpose()?,
+        path_length: table
+            .get("path_length")
+            .map(|value| value.count(1))
+            .transpose()?,
+        strategy: table
+            .get("strategy")
+            .map(|value| value.choice())
+            .transpose()?,
+        sampler: table
+            .get("sampler")
+            .map(|value| value.choice())
+            .transpose()?,
+        seed: table
+            .get("seed")
+            .map(|value| value.integer(0, u64::MAX))
+            .transpose()?,
+        // The first edge comes from the camera; a path without it is no sample.
+        roulette: table
+            .get("roulette")
+            .map(|value| value.count(2))
+            .transpose()?,
+    })
+}
