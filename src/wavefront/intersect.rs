@@ -1,7 +1,8 @@
 //! Stage 2: what rays meet. Closest hits go to the queue of their material's kind; on a path's last edge only light is
 //! looked for; shadow rays ask whether anything is between.
 
-use super::queues::{EncounterX8, FirstHit, PathRayX8, ShadowRayX8, VertexX8};
+use super::queues::{EncounterX8, PathRayX8, ShadowRayX8, VertexX8};
+use crate::film::AovSample;
 use crate::lanes::{Queue, Vec3x8, f32x8, u32x8};
 use crate::scene::{NONE, Scene};
 use crate::shape::NO_PRIMITIVE;
@@ -120,7 +121,7 @@ pub fn visible(scene: &Scene, shadow_rays: &Queue<ShadowRayX8>, visible: &mut Ve
 }
 
 /// What each camera ray meets, at the place of its path.
-pub fn first_hits(scene: &Scene, rays: &Queue<PathRayX8>, first_hits: &mut [FirstHit]) {
+pub fn first_hits(scene: &Scene, rays: &Queue<PathRayX8>, first_hits: &mut [AovSample]) {
     for (live, ray) in rays.batches() {
         let (distance, primitive) = scene.shapes.closest(ray.origin, ray.direction);
         let hit = live & distance.simd_lt(f32x8::splat(f32::INFINITY));
@@ -130,7 +131,7 @@ pub fn first_hits(scene: &Scene, rays: &Queue<PathRayX8>, first_hits: &mut [Firs
         let normal = Vec3x8::select(away, -surface.normal, surface.normal);
         let hit = hit.to_bitmask();
         for lane in (0..8).filter(|lane| hit >> lane & 1 == 1) {
-            first_hits[ray.path.as_array()[lane] as usize] = FirstHit {
+            first_hits[ray.path.as_array()[lane] as usize] = AovSample {
                 albedo: scene.albedo(surface.material.as_array()[lane]).to_array(),
                 normal: normal.lane(lane).to_array(),
                 depth: distance.as_array()[lane],

@@ -11,14 +11,12 @@ mod tally;
 pub use queues::Workspace;
 pub use tally::{Stage, Tally};
 
+use crate::film::Region;
 use crate::material::{Bsdf, Conductor, Glass, Kind, Lambert, Mirror, Phong};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::description::Strategy;
-
-/// Samples of a pixel that are added in a fixed order before they enter the exact film.
-pub const BLOCK: u32 = 16;
 
 /// What every stage reads and none writes.
 #[derive(Clone, Copy, Debug)]
@@ -52,14 +50,24 @@ pub struct Wave {
     pub height: u32,
     /// First sample.
     pub first_sample: u32,
-    /// Samples of each pixel, at most [`BLOCK`].
+    /// Samples of each pixel, at most [`BLOCK`](crate::film::BLOCK).
     pub samples: u32,
 }
 
 impl Wave {
     /// Paths in it.
     pub fn paths(&self) -> usize {
-        self.width as usize * self.height as usize * self.samples as usize
+        self.tile().pixels() * self.samples as usize
+    }
+
+    /// Its pixels.
+    pub fn tile(&self) -> Region {
+        Region {
+            x0: self.x,
+            y0: self.y,
+            x1: self.x + self.width,
+            y1: self.y + self.height,
+        }
     }
 }
 

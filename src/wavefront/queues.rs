@@ -1,6 +1,7 @@
 //! Where stages meet: the records that pass between them, and one worker's queues.
 
 use super::tally::Tally;
+use crate::film::AovSample;
 use crate::lanes::{Queue, Rgb, WIDTH};
 use crate::material::Kind;
 use crate::record;
@@ -90,17 +91,6 @@ record! {
     }
 }
 
-/// What the camera ray of a path met, for the albedo, normal and depth layers; all zero where it met nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FirstHit {
-    /// Reflectance; white on a source that does not scatter.
-    pub albedo: [f32; 3],
-    /// Unit, world space, towards the camera.
-    pub normal: [f32; 3],
-    /// Along the ray, scene units.
-    pub depth: f32,
-}
-
 /// One worker's queues, and the sums of the wave it carries. Nothing in it is shared.
 #[derive(Clone, Debug)]
 pub struct Workspace {
@@ -119,7 +109,7 @@ pub struct Workspace {
     /// Radiance of each path of the wave; the fourth number is unused.
     pub radiance: Vec<[f32; 4]>,
     /// What each path's camera ray met, where asked for.
-    pub first_hits: Vec<FirstHit>,
+    pub first_hits: Vec<AovSample>,
     /// Seconds and counts.
     pub tally: Tally,
 }
@@ -136,7 +126,7 @@ impl Workspace {
             shadow_rays: Queue::with_capacity(paths),
             visible: Vec::with_capacity(paths.div_ceil(WIDTH)),
             radiance: vec![[0.0; 4]; paths],
-            first_hits: vec![FirstHit::default(); if first_hits { paths } else { 0 }],
+            first_hits: vec![AovSample::default(); if first_hits { paths } else { 0 }],
             tally: Tally::default(),
         }
     }
@@ -146,7 +136,7 @@ impl Workspace {
         self.tally.start();
         self.rays.clear();
         self.radiance[..paths].fill([0.0; 4]);
-        self.first_hits.fill(FirstHit::default());
+        self.first_hits.fill(AovSample::default());
     }
 
     /// The rays of the next edge become the rays of this one.
