@@ -176,6 +176,10 @@ pub fn render(
     let ctx = Context {
         scene: &scene,
         camera: &camera,
+        camera_inside: camera
+            .origins()
+            .iter()
+            .all(|&origin| scene.encloses(origin)),
         sampler: &sampler,
         strategy: settings.strategy,
         path_length: settings.path_length,

@@ -33,8 +33,8 @@ pub fn gather_rows(table: &[[f32; WIDTH]], ids: u32x8) -> [f32x8; WIDTH] {
     let Some(last) = table.len().checked_sub(1) else {
         return [f32x8::ZERO; WIDTH];
     };
-    let ids = ids.to_array();
+    let ids = ids.min(u32x8::splat(last as u32)).to_array();
     f32x8::transpose(std::array::from_fn(|lane| {
-        f32x8::new(table[(ids[lane] as usize).min(last)])
+        f32x8::new(table[ids[lane] as usize])
     }))
 }

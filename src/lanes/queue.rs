@@ -238,6 +238,23 @@ impl<B: Batch> Queue<B> {
         self.batches[index / WIDTH].lane(index % WIDTH)
     }
 
+    /// Up to `N` batches at a time, with the masks of their live lanes.
+    ///
+    /// For kernels whose steps wait for one another: each step done for `N` batches in turn keeps the processor busy.
+    #[inline]
+    pub fn groups<const N: usize>(&self) -> impl Iterator<Item = ([f32x8; N], &[B])> {
+        let len = self.len;
+        self.batches[..len.div_ceil(WIDTH)]
+            .chunks(N)
+            .enumerate()
+            .map(move |(group, batches)| {
+                let first = group * N * WIDTH;
+                let live =
+                    std::array::from_fn(|i| first_lanes(len.saturating_sub(first + i * WIDTH)));
+                (live, batches)
+            })
+    }
+
     /// Each batch with the mask of its live lanes. Dead lanes hold arbitrary bits.
     #[inline]
     pub fn batches(&self) -> impl Iterator<Item = (f32x8, &B)> {

@@ -2,10 +2,10 @@
 
 use crate::lanes::{f32x8, square};
 
-/// Weight of a sample drawn with density `pdf` when another strategy draws the same point with density `other`, by the
-/// power heuristic with exponent 2 (Veach 1997, section 9.2.3). 1 where `pdf` is +∞, a discrete choice.
+/// Weight of a sample, by the power heuristic with exponent 2 (Veach 1997, section 9.2.3): `ratio` is the density with which
+/// the other strategy draws the same point over the density with which this one drew it.
 #[inline]
-pub fn power_heuristic(pdf: f32x8, other: f32x8) -> f32x8 {
-    // As a ratio: the squares of densities overflow, the square of their ratio only where the weight is 0.
-    f32x8::ONE / (f32x8::ONE + square(other / pdf))
+pub fn power_heuristic(ratio: f32x8) -> f32x8 {
+    // Of the ratio, not of the densities: their squares overflow, the ratio's only where the weight is 0.
+    f32x8::ONE / (f32x8::ONE + square(ratio))
 }

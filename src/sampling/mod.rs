@@ -91,7 +91,7 @@ impl Sampler {
     }
 
     /// Two numbers in [0, 1) for a decision at a bounce.
-    #[inline]
+    #[inline(always)]
     pub fn pair(&self, path: PathKeyX8, dimension: Dimension, bounce: u32) -> warp::Pair {
         let position = dimension.position(bounce) as usize;
         match &self.source {

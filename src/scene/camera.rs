@@ -63,6 +63,20 @@ impl Camera {
         self.lens.is_some()
     }
 
+    /// Points, world space, whose convex hull holds the origin of every ray.
+    pub fn origins(&self) -> Vec<glam::Vec3> {
+        let position = self.position.lane(0);
+        match &self.lens {
+            None => vec![position],
+            Some(lens) => {
+                let (right, up) = (lens.right.lane(0), lens.up.lane(0));
+                [right + up, right - up, up - right, -right - up]
+                    .map(|offset| position + offset)
+                    .to_vec()
+            }
+        }
+    }
+
     /// Origins and unit directions, world space, through pixels (x, y); row 0 is at the top.
     #[inline]
     pub fn rays(&self, x: f32x8, y: f32x8, in_filter: Pair, on_lens: Pair) -> (Vec3x8, Vec3x8) {

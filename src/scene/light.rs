@@ -12,10 +12,12 @@ use std::f32::consts::{PI, TAU};
 pub struct Lights {
     /// Position (3), radius (0 for a quad), area (0 for a sphere), chance of being chosen, primitive id (bits), 1 if two-sided.
     place: Vec<[f32; 8]>,
-    /// Radiance (3), unit normal of a quad (3).
+    /// Radiance (3), unit normal of a quad (3), 1 ÷ chance of being chosen.
     radiance: Vec<[f32; 8]>,
     /// Edges of a quad (3, 3).
     edges: Vec<[f32; 8]>,
+    /// The rows of the only light, in all lanes: nothing to gather.
+    only: Option<LightX8>,
     /// Walker's alias table over the ids: threshold, alias (bits).
     alias: Vec<[f32; 8]>,
     has_spheres: bool,
@@ -24,8 +26,24 @@ pub struct Lights {
     sky_chance: f32,
 }
 
-/// A point on a light source, seen from a point of the scene.
+/// Eight light sources.
 #[derive(Clone, Copy, Debug)]
+struct LightX8 {
+    position: Vec3x8,
+    radius: f32x8,
+    area: f32x8,
+    chance: f32x8,
+    inverse_chance: f32x8,
+    primitive: u32x8,
+    two_sided: f32x8,
+    radiance: Rgbx8,
+    normal: Vec3x8,
+    u: Vec3x8,
+    v: Vec3x8,
+}
+
+/// A point on a light source, seen from a point of the scene.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct LightSampleX8 {
     /// Unit, towards the light.
     pub direction: Vec3x8,
@@ -33,8 +51,8 @@ pub struct LightSampleX8 {
     pub distance: f32x8,
     /// Arriving radiance, were nothing between.
     pub radiance: Rgbx8,
-    /// Per steradian, choice of the light included; 0 where no light was found.
-    pub pdf: f32x8,
+    /// 1 ÷ density (steradians), choice of the light included; 0 where no light was found.
+    pub inverse_pdf: f32x8,
     /// The light's primitive, which casts no shadow on its own light.
     pub primitive: u32x8,
 }
@@ -90,15 +108,48 @@ impl Lights {
         let total: f64 = powers.iter().sum();
         if total > 0.0 {
             let chances: Vec<f64> = powers.iter().map(|power| power / total).collect();
-            for (row, chance) in all.place.iter_mut().zip(&chances) {
-                row[5] = *chance as f32;
+            for (id, chance) in chances[..lights.len()].iter().enumerate() {
+                all.place[id][5] = *chance as f32;
+                all.radiance[id][6] = if *chance > 0.0 {
+                    (1.0 / chance) as f32
+                } else {
+                    0.0
+                };
             }
             if sky.is_some() {
                 all.sky_chance = chances[lights.len()] as f32;
             }
             all.alias = alias_table(&chances);
+            if chances.len() == 1 && sky.is_none() {
+                all.only = Some(all.gather(u32x8::ZERO));
+            }
         }
         all
+    }
+
+    /// The lights of these ids.
+    #[inline]
+    fn gather(&self, id: u32x8) -> LightX8 {
+        let [px, py, pz, radius, area, chance, primitive, two_sided] = gather_rows(&self.place, id);
+        let [r, g, b, nx, ny, nz, inverse_chance, _] = gather_rows(&self.radiance, id);
+        let [ux, uy, uz, vx, vy, vz, ..] = if self.has_quads {
+            gather_rows(&self.edges, id)
+        } else {
+            [f32x8::ZERO; 8]
+        };
+        LightX8 {
+            position: Vec3x8::new(px, py, pz),
+            radius,
+            area,
+            chance,
+            inverse_chance,
+            primitive: primitive.to_bits(),
+            two_sided: two_sided.simd_gt(f32x8::ZERO),
+            radiance: Rgbx8::new(r, g, b),
+            normal: Vec3x8::new(nx, ny, nz),
+            u: Vec3x8::new(ux, uy, uz),
+            v: Vec3x8::new(vx, vy, vz),
+        }
     }
 
     /// Whether no light can be chosen: next-event estimation finds nothing.
@@ -115,54 +166,47 @@ impl Lights {
         choice: impl FnOnce() -> f32x8,
         point: Pair,
     ) -> LightSampleX8 {
-        let count = self.alias.len();
-        let id = if count == 1 {
-            u32x8::ZERO
-        } else {
-            self.choose(choice())
+        let (id, gathered);
+        let light = match &self.only {
+            Some(only) => {
+                id = u32x8::ZERO;
+                only
+            }
+            None => {
+                id = self.choose(choice());
+                gathered = self.gather(id);
+                &gathered
+            }
         };
-        let [px, py, pz, radius, area, chance, primitive, two_sided] = gather_rows(&self.place, id);
-        let [r, g, b, nx, ny, nz, ..] = gather_rows(&self.radiance, id);
-        let two_sided = two_sided.simd_gt(f32x8::ZERO);
         let mut sample = LightSampleX8 {
             direction: Vec3x8::Z,
             distance: f32x8::splat(f32::INFINITY),
-            radiance: Rgbx8::new(r, g, b),
-            pdf: f32x8::ZERO,
-            primitive: primitive.to_bits(),
+            radiance: light.radiance,
+            inverse_pdf: f32x8::ZERO,
+            primitive: light.primitive,
         };
-        let position = Vec3x8::new(px, py, pz);
         if self.has_spheres {
-            let (direction, distance, pdf, outside) = sample_sphere(from, position, radius, point);
-            sample.direction = direction;
-            sample.distance = distance;
-            sample.pdf = pdf & (outside | two_sided);
+            (sample.direction, sample.distance, sample.inverse_pdf) =
+                light.point_of_sphere(from, point);
         }
         if self.has_quads {
-            let is_quad = radius.simd_eq(f32x8::ZERO);
-            let [ux, uy, uz, vx, vy, vz, ..] = gather_rows(&self.edges, id);
-            let on_light = Vec3x8::new(ux, uy, uz)
-                .mul_add(point.0, Vec3x8::new(vx, vy, vz).mul_add(point.1, position));
-            let way = on_light - from;
-            let squared = way.length_squared();
-            let distance = squared.sqrt();
-            let direction = way * (f32x8::ONE / distance);
-            let facing = -direction.dot(Vec3x8::new(nx, ny, nz));
-            let lit = facing.simd_gt(f32x8::ZERO) | two_sided;
-            let pdf = (squared / (facing.abs() * area)) & lit;
+            let is_quad = light.radius.simd_eq(f32x8::ZERO);
+            let (direction, distance, inverse_pdf) = light.point_of_quad(from, point);
             sample.direction = Vec3x8::select(is_quad, direction, sample.direction);
             sample.distance = is_quad.select(distance, sample.distance);
-            sample.pdf = is_quad.select(pdf, sample.pdf);
+            sample.inverse_pdf = is_quad.select(inverse_pdf, sample.inverse_pdf);
         }
-        sample.pdf *= chance;
+        sample.inverse_pdf *= light.inverse_chance;
         if let Some(sky) = sky.filter(|_| self.sky_chance > 0.0) {
             let is_sky = f32x8::from_bits(id.simd_eq(u32x8::splat(self.place.len() as u32)));
             if is_sky.any() {
                 let s = sky.sample(point);
+                let inverse_pdf = f32x8::ONE / (s.pdf * self.sky_chance);
+                let inverse_pdf = inverse_pdf & s.pdf.simd_gt(f32x8::ZERO);
                 sample.direction = Vec3x8::select(is_sky, s.direction, sample.direction);
                 sample.distance = is_sky.select(f32x8::splat(f32::INFINITY), sample.distance);
                 sample.radiance = Rgbx8::select(is_sky, s.radiance, sample.radiance);
-                sample.pdf = is_sky.select(s.pdf * self.sky_chance, sample.pdf);
+                sample.inverse_pdf = is_sky.select(inverse_pdf, sample.inverse_pdf);
                 sample.primitive = is_sky.select(u32x8::splat(NO_PRIMITIVE), sample.primitive);
             }
         }
@@ -179,19 +223,17 @@ impl Lights {
         direction: Vec3x8,
         distance: f32x8,
     ) -> (Rgbx8, f32x8) {
-        let [px, py, pz, radius, area, chance, _, two_sided] = gather_rows(&self.place, id);
-        let [r, g, b, nx, ny, nz, ..] = gather_rows(&self.radiance, id);
-        let to_center = Vec3x8::new(px, py, pz) - origin;
-        let (spread, outside) = sphere_cone(to_center.length_squared(), radius);
-        let sphere_pdf = f32x8::ONE / (spread * TAU);
-        let facing = -direction.dot(Vec3x8::new(nx, ny, nz));
-        let quad_pdf = square(distance) / (facing.abs() * area);
-        let is_quad = radius.simd_eq(f32x8::ZERO);
+        let light = self.gather(id);
+        let squared = (light.position - origin).length_squared();
+        let (spread, outside) = sphere_cone(square(light.radius) / squared);
+        let facing = -direction.dot(light.normal);
+        let is_quad = light.radius.simd_eq(f32x8::ZERO);
+        let inverse_pdf =
+            is_quad.select(facing.abs() * light.area / square(distance), spread * TAU);
         let front = is_quad.select(facing.simd_gt(f32x8::ZERO), outside);
-        let lit = front | two_sided.simd_gt(f32x8::ZERO);
         (
-            Rgbx8::new(r, g, b).masked(lit),
-            is_quad.select(quad_pdf, sphere_pdf) * chance,
+            light.radiance.masked(front | light.two_sided),
+            light.chance / inverse_pdf,
         )
     }
 
@@ -217,41 +259,59 @@ impl Lights {
     }
 }
 
-/// `1 − cos α_max` of the cone under which a sphere is seen, and whether the point is outside; inside, the "cone" is all
-/// directions. Stable for small and for near spheres: no `1 − cos` is taken.
-#[inline]
-fn sphere_cone(squared_distance: f32x8, radius: f32x8) -> (f32x8, f32x8) {
-    let outside = squared_distance.simd_gt(radius * radius);
-    let sin2 = square(radius) / squared_distance;
-    let spread = sin2 / (f32x8::ONE + safe_sqrt(f32x8::ONE - sin2));
-    (outside.select(spread, f32x8::splat(2.0)), outside)
+impl LightX8 {
+    /// Direction, distance to the surface and 1 ÷ density (steradians; 0 where the light shows its dark side): uniform in
+    /// the cone that the sphere subtends (Shirley & Morley, Realistic Ray Tracing, 2nd ed., "Sampling a Spherical
+    /// Luminaire"); from inside, uniform over all directions.
+    #[inline]
+    fn point_of_sphere(&self, from: Vec3x8, point: Pair) -> (Vec3x8, f32x8, f32x8) {
+        let to_center = self.position - from;
+        let squared = to_center.length_squared();
+        // One division serves the direction, the distance and the cone.
+        let inverse_squared = f32x8::ONE / squared;
+        let inverse_distance = inverse_squared.sqrt();
+        let (spread, outside) = sphere_cone(square(self.radius) * inverse_squared);
+        let local = warp::cone(point, spread);
+        let direction = FrameX8::new(to_center * inverse_distance).to_world(local);
+        // sin²α from the local x and y: 1 − cos² would lose a small cone's bits.
+        let sin2 = local.x.mul_add(local.x, local.y * local.y);
+        let half = safe_sqrt(sin2.mul_neg_add(squared, square(self.radius)));
+        let half = outside.select(-half, half);
+        (
+            direction,
+            (squared * inverse_distance).mul_add(local.z, half),
+            (spread * TAU) & (outside | self.two_sided),
+        )
+    }
+
+    /// The same for a quad: uniform over its area.
+    #[inline]
+    fn point_of_quad(&self, from: Vec3x8, point: Pair) -> (Vec3x8, f32x8, f32x8) {
+        let on_light = self
+            .u
+            .mul_add(point.0, self.v.mul_add(point.1, self.position));
+        let way = on_light - from;
+        let squared = way.length_squared();
+        let inverse_squared = f32x8::ONE / squared;
+        let inverse_distance = inverse_squared.sqrt();
+        let direction = way * inverse_distance;
+        let facing = -direction.dot(self.normal);
+        let lit = facing.simd_gt(f32x8::ZERO) | self.two_sided;
+        (
+            direction,
+            squared * inverse_distance,
+            (facing.abs() * self.area * inverse_squared) & lit,
+        )
+    }
 }
 
-/// Direction, distance to the surface, density per steradian, and whether `from` is outside: uniform in the cone that the
-/// sphere subtends (Shirley & Morley, Realistic Ray Tracing, 2nd ed., "Sampling a Spherical Luminaire").
+/// `1 − cos α_max` of the cone under which a sphere is seen, from sin²α_max, and whether the point is outside; inside, the
+/// "cone" is all directions. Stable for small and for near spheres: no `1 − cos` is taken.
 #[inline]
-fn sample_sphere(
-    from: Vec3x8,
-    center: Vec3x8,
-    radius: f32x8,
-    point: Pair,
-) -> (Vec3x8, f32x8, f32x8, f32x8) {
-    let to_center = center - from;
-    let squared = to_center.length_squared();
-    let distance = squared.sqrt();
-    let (spread, outside) = sphere_cone(squared, radius);
-    let local = warp::cone(point, spread);
-    let direction = FrameX8::new(to_center * (f32x8::ONE / distance)).to_world(local);
-    // sin²α from the local x and y: 1 − cos² would lose a small cone's bits.
-    let sin2 = local.x.mul_add(local.x, local.y * local.y);
-    let half = safe_sqrt(square(radius) - squared * sin2);
-    let half = outside.select(-half, half);
-    (
-        direction,
-        distance.mul_add(local.z, half),
-        f32x8::ONE / (spread * TAU),
-        outside,
-    )
+fn sphere_cone(sin2: f32x8) -> (f32x8, f32x8) {
+    let outside = sin2.simd_lt(f32x8::ONE);
+    let spread = sin2 / (f32x8::ONE + safe_sqrt(f32x8::ONE - sin2));
+    (outside.select(spread, f32x8::splat(2.0)), outside)
 }
 
 /// Vose's construction: each column keeps its id below the threshold and takes the alias above it.

@@ -10,7 +10,7 @@ pub mod toml;
 
 use crate::lanes::{Rgb, Vec3x8, f32x8, gather_rows, u32x8};
 use crate::material::{self, Kind};
-use crate::shape::{Quad, Shapes, Sphere};
+use crate::shape::{Quad, Room, Shapes, Sphere};
 use description::{Description, Shape};
 use environment::Sky;
 use glam::{DVec3, Vec3};
@@ -24,6 +24,8 @@ pub const NONE: u32 = u32::MAX;
 pub struct Scene {
     /// Everything that a ray can meet.
     pub shapes: Shapes,
+    /// The room that encloses everything, and what is in it.
+    pub room: Option<(Room, Shapes)>,
     /// What can stand between two points of the scene: all shapes but those that have the whole scene on one side.
     pub blockers: Shapes,
     /// The shapes that emit.
@@ -75,6 +77,7 @@ impl Scene {
         let sky = description.environment.as_ref().map(Sky::compile);
         let mut scene = Self {
             shapes: Shapes::default(),
+            room: None,
             blockers: Shapes::default(),
             emitters: Shapes::default(),
             materials: Vec::new(),
@@ -84,11 +87,16 @@ impl Scene {
             albedos: Vec::new(),
             surfaces: Vec::new(),
         };
+        let hull: Vec<bool> = shapes
+            .iter()
+            .map(|&shape| is_hull(shape, &shapes))
+            .collect();
+        scene.room = enclosing_room(&shapes, &hull);
         let mut lights = Vec::new();
         for (id, (shape, material, light)) in primitives.into_iter().enumerate() {
             let primitive = id as u32;
             add(&mut scene.shapes, shape, primitive);
-            if !is_hull(shape, &shapes) {
+            if !hull[id] {
                 add(&mut scene.blockers, shape, primitive);
             }
             if let Some(light) = light {
@@ -128,6 +136,24 @@ impl Scene {
         let radius = bounding_radius(&shapes);
         scene.lights = Lights::new(&lights, scene.sky.as_ref(), radius);
         scene
+    }
+
+    /// The closest hit of rays that start in the scene, as [`Shapes::closest`].
+    #[inline]
+    pub fn closest(&self, origin: Vec3x8, direction: Vec3x8) -> (f32x8, u32x8) {
+        match &self.room {
+            Some((room, contents)) => {
+                room.leave(origin, direction, contents.closest(origin, direction))
+            }
+            None => self.shapes.closest(origin, direction),
+        }
+    }
+
+    /// Whether rays from this point may be traced by [`Scene::closest`].
+    pub fn encloses(&self, point: Vec3) -> bool {
+        self.room
+            .as_ref()
+            .is_none_or(|(room, _)| room.contains(point))
     }
 
     /// What the albedo layer shows of a material: its reflectance; white for a source that does not scatter.
@@ -196,6 +222,22 @@ fn is_hull(shape: Shape, scene: &[Shape]) -> bool {
     // The corners are f32: what sticks out by their rounding does not count.
     let tolerance = 1e-6 * (high - low);
     low >= -tolerance || high <= tolerance
+}
+
+/// The room that the hull makes, and everything else.
+fn enclosing_room(scene: &[Shape], hull: &[bool]) -> Option<(Room, Shapes)> {
+    let mut walls = (Vec::new(), Vec::new());
+    let mut contents = Shapes::default();
+    for (id, (&shape, &is_wall)) in scene.iter().zip(hull).enumerate() {
+        match shape {
+            Shape::Quad { corner, u, v } if is_wall => {
+                walls.0.push((corner, u, v));
+                walls.1.push(id as u32);
+            }
+            _ => add(&mut contents, shape, id as u32),
+        }
+    }
+    Some((Room::new(&walls.0, &walls.1)?, contents))
 }
 
 /// Half the diagonal of the box around all shapes; 1 for an empty scene.

@@ -4,9 +4,11 @@
 //! they were added, so an image does not depend on anything else.
 
 mod quad;
+mod room;
 mod sphere;
 
 pub use quad::Quad;
+pub use room::{QuadEdges, Room};
 pub use sphere::Sphere;
 
 use crate::lanes::{Vec3x8, f32x8, u32x8};

@@ -73,9 +73,8 @@ fn carried(ctx: &Context, encounter: &EncounterX8) -> Rgbx8 {
         Strategy::Uniform | Strategy::Cosine => f32x8::ONE,
         // Light sampling could not have found it from the camera or a specular vertex.
         Strategy::Light => f32x8::ONE & discrete,
-        Strategy::Mis => {
-            discrete.select(f32x8::ONE, mis::power_heuristic(encounter.pdf, light_pdf))
-        }
+        // 0 for a discrete choice, whose density is +∞.
+        Strategy::Mis => mis::power_heuristic(light_pdf / encounter.pdf),
     };
     encounter.throughput * emitted * weight
 }

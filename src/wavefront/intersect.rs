@@ -1,7 +1,7 @@
 //! Stage 2: what rays meet. Closest hits go to the queue of their material's kind; on a path's last edge only light is
 //! looked for; shadow rays ask whether anything is between.
 
-use super::queues::{EncounterX8, PathRayX8, ShadowRayX8, VertexX8};
+use super::queues::{EncounterX8, GROUP, PathRayX8, ShadowRayX8, VertexX8};
 use crate::film::AovSample;
 use crate::lanes::{Queue, Vec3x8, f32x8, u32x8};
 use crate::scene::{NONE, Scene};
@@ -11,46 +11,52 @@ use crate::shape::NO_PRIMITIVE;
 /// place, which covers the plane's and the sphere's (bounds of 5 and some 20 by the analysis of pbrt-v4, section 6.8).
 const POSITION_ERROR: f32 = 64.0 / 16_777_216.0;
 
-/// Sends each hit that scatters to its kind's queue, and each ray that found light to the encounters.
+/// Sends each hit that scatters to its kind's queue, and each ray that found light to the encounters. `inside` says that
+/// all rays start where [`Scene::encloses`] them.
 #[inline(never)]
 pub fn closest(
     scene: &Scene,
+    inside: bool,
     rays: &Queue<PathRayX8>,
     vertices: &mut [Queue<VertexX8>],
     encounters: &mut Queue<EncounterX8>,
 ) {
     encounters.clear();
     vertices.iter_mut().for_each(Queue::clear);
-    for (live, ray) in rays.batches() {
-        let (distance, primitive) = scene.shapes.closest(ray.origin, ray.direction);
-        let hit = live & distance.simd_lt(f32x8::splat(f32::INFINITY));
-        let position = ray.direction.mul_add(distance, ray.origin);
-        let surface = scene.surface(primitive, position);
-
-        let vertex = VertexX8 {
-            position,
-            wo: -ray.direction,
-            normal: surface.normal,
-            offset: (position.max_abs() + distance) * POSITION_ERROR,
-            material: surface.material,
-            throughput: ray.throughput,
-            path: ray.path,
-            key: ray.key,
-            index: ray.index,
-        };
-        for &kind in &scene.kinds {
-            let of_kind = surface.kind.simd_eq(u32x8::splat(kind as u32));
-            vertices[kind as usize].push(hit & f32x8::from_bits(of_kind), &vertex);
+    for (live, rays) in rays.groups::<GROUP>() {
+        let mut hits = [(f32x8::ZERO, u32x8::ZERO); GROUP];
+        for (hit, ray) in hits.iter_mut().zip(rays) {
+            *hit = if inside {
+                scene.closest(ray.origin, ray.direction)
+            } else {
+                scene.shapes.closest(ray.origin, ray.direction)
+            };
         }
+        for ((live, ray), (distance, primitive)) in live.into_iter().zip(rays).zip(hits) {
+            let hit = live & distance.simd_lt(f32x8::splat(f32::INFINITY));
+            let position = ray.direction.mul_add(distance, ray.origin);
+            let surface = scene.surface(primitive, position);
 
-        let on_light = hit & f32x8::from_bits(surface.light.simd_ne(u32x8::splat(NONE)));
-        meet(
-            scene,
-            live,
-            ray,
-            (distance, primitive, on_light),
-            encounters,
-        );
+            let vertex = VertexX8 {
+                position,
+                wo: -ray.direction,
+                normal: surface.normal,
+                offset: (position.max_abs() + distance) * POSITION_ERROR,
+                material: surface.material,
+                throughput: ray.throughput,
+                path: ray.path,
+                key: ray.key,
+                index: ray.index,
+            };
+            for &kind in &scene.kinds {
+                let of_kind = surface.kind.simd_eq(u32x8::splat(kind as u32));
+                vertices[kind as usize].push(hit & f32x8::from_bits(of_kind), &vertex);
+            }
+
+            let on_light = hit & f32x8::from_bits(surface.light.simd_ne(u32x8::splat(NONE)));
+            let met = (distance, primitive, on_light);
+            meet(scene, live, ray, met, encounters);
+        }
     }
 }
 

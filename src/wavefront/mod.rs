@@ -25,6 +25,8 @@ pub struct Context<'a> {
     pub scene: &'a Scene,
     /// The camera.
     pub camera: &'a Camera,
+    /// Whether [`Scene::encloses`] every camera ray's origin.
+    pub camera_inside: bool,
     /// The random numbers.
     pub sampler: &'a Sampler,
     /// How light is looked for.
@@ -95,7 +97,14 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
         if last {
             intersect::lights(ctx.scene, &ws.rays, &mut ws.encounters);
         } else {
-            intersect::closest(ctx.scene, &ws.rays, &mut ws.vertices, &mut ws.encounters);
+            let inside = edge > 1 || ctx.camera_inside;
+            intersect::closest(
+                ctx.scene,
+                inside,
+                &ws.rays,
+                &mut ws.vertices,
+                &mut ws.encounters,
+            );
         }
         ws.tally.end(Stage::Intersect, alive);
         ws.next_rays.clear();

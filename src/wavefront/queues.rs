@@ -7,6 +7,10 @@ use crate::material::Kind;
 use crate::record;
 use glam::Vec3;
 
+/// Batches that a kernel takes through each of its steps before the next step: the roots and quotients of one wait while
+/// those of the next begin.
+pub const GROUP: usize = 4;
+
 record! {
     /// A path on its way to its next vertex.
     pub struct PathRay, PathRayX8 {

@@ -1,7 +1,7 @@
 //! Stage 3: where paths go on. One kernel for each material kind.
 
 use super::Context;
-use super::queues::{PathRayX8, VertexX8};
+use super::queues::{GROUP, PathRayX8, VertexX8};
 use crate::lanes::{FrameX8, Queue, Vec3x8, f32x8};
 use crate::material::{Bsdf, SampleX8};
 use crate::sampling::{Dimension, PathKeyX8, warp};
@@ -21,47 +21,55 @@ pub fn shade<B: Bsdf>(
     vertices: &Queue<VertexX8>,
     rays: &mut Queue<PathRayX8>,
 ) {
-    for (live, vertex) in vertices.batches() {
-        let path = vertex.path_key();
-        let bsdf = B::load(&ctx.scene.materials, vertex.material);
-        let (normal, frame) = vertex.frame::<B>();
-        let wo = frame.to_local(vertex.wo);
-        let direction = ctx.sampler.pair(path, Dimension::BsdfDirection, edge);
-
-        let sample = if ctx.strategy == Strategy::Uniform && !B::SPECULAR {
-            let wi = warp::uniform_hemisphere(direction);
-            SampleX8 {
-                wi,
-                weight: bsdf.eval(wo, wi).value * f32x8::splat(1.0 / warp::UNIFORM_HEMISPHERE_PDF),
-                pdf: f32x8::splat(warp::UNIFORM_HEMISPHERE_PDF),
-            }
-        } else {
-            let lobe = ctx.sampler.single(path, Dimension::BsdfLobe, edge);
-            bsdf.sample(wo, direction, lobe)
-        };
-
-        let mut throughput = vertex.throughput * sample.weight;
-        let mut goes_on = live & throughput.max_channel().simd_gt(f32x8::ZERO);
-        if ctx.roulette.is_some_and(|first| edge >= first) {
-            let chance = throughput.max_channel().fast_min(f32x8::ONE);
-            let u = ctx.sampler.single(path, Dimension::Roulette, edge);
-            goes_on &= u.simd_lt(chance);
-            throughput = throughput * (f32x8::ONE / chance);
+    for (live, vertices) in vertices.groups::<GROUP>() {
+        let mut directions = [(f32x8::ZERO, f32x8::ZERO); GROUP];
+        for (direction, vertex) in directions.iter_mut().zip(vertices) {
+            *direction = ctx
+                .sampler
+                .pair(vertex.path_key(), Dimension::BsdfDirection, edge);
         }
-        // Off the surface, to the side that the ray leaves by.
-        let offset = vertex.offset.copysign(sample.wi.z);
-        rays.push(
-            goes_on,
-            &PathRayX8 {
-                origin: normal.mul_add(offset, vertex.position),
-                direction: frame.to_world(sample.wi),
-                throughput,
-                pdf: sample.pdf,
-                path: vertex.path,
-                key: vertex.key,
-                index: vertex.index,
-            },
-        );
+        for ((live, vertex), direction) in live.into_iter().zip(vertices).zip(directions) {
+            let path = vertex.path_key();
+            let bsdf = B::load(&ctx.scene.materials, vertex.material);
+            let (normal, frame) = vertex.frame::<B>();
+            let wo = frame.to_local(vertex.wo);
+
+            let sample = if ctx.strategy == Strategy::Uniform && !B::SPECULAR {
+                let wi = warp::uniform_hemisphere(direction);
+                let density = f32x8::splat(warp::UNIFORM_HEMISPHERE_PDF);
+                SampleX8 {
+                    wi,
+                    weight: bsdf.eval(wo, wi).value * (f32x8::ONE / density),
+                    pdf: density,
+                }
+            } else {
+                let lobe = ctx.sampler.single(path, Dimension::BsdfLobe, edge);
+                bsdf.sample(wo, direction, lobe)
+            };
+
+            let mut throughput = vertex.throughput * sample.weight;
+            let mut goes_on = live & throughput.max_channel().simd_gt(f32x8::ZERO);
+            if ctx.roulette.is_some_and(|first| edge >= first) {
+                let chance = throughput.max_channel().fast_min(f32x8::ONE);
+                let u = ctx.sampler.single(path, Dimension::Roulette, edge);
+                goes_on &= u.simd_lt(chance);
+                throughput = throughput * (f32x8::ONE / chance);
+            }
+            // Off the surface, to the side that the ray leaves by.
+            let offset = vertex.offset.copysign(sample.wi.z);
+            rays.push(
+                goes_on,
+                &PathRayX8 {
+                    origin: normal.mul_add(offset, vertex.position),
+                    direction: frame.to_world(sample.wi),
+                    throughput,
+                    pdf: sample.pdf,
+                    path: vertex.path,
+                    key: vertex.key,
+                    index: vertex.index,
+                },
+            );
+        }
     }
 }
 
