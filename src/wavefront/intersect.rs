@@ -32,7 +32,7 @@ pub fn closest(
                 scene.shapes.closest(ray.origin, ray.direction)
             };
         }
-        for ((live, ray), (distance, primitive)) in live.into_iter().zip(rays).zip(hits) {
+        for ((&live, ray), &(distance, primitive)) in live.iter().zip(rays).zip(&hits) {
             let hit = live & distance.simd_lt(f32x8::splat(f32::INFINITY));
             let position = ray.direction.mul_add(distance, ray.origin);
             let surface = scene.surface(primitive, position);

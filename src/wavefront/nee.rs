@@ -25,17 +25,22 @@ pub fn sample_lights<B: Bsdf>(
 ) {
     let scene = ctx.scene;
     for (live, vertices) in vertices.groups::<GROUP>() {
+        let mut points = [(f32x8::ZERO, f32x8::ZERO); GROUP];
+        for (point, vertex) in points.iter_mut().zip(vertices) {
+            *point = ctx
+                .sampler
+                .pair(vertex.path_key(), Dimension::LightPoint, edge);
+        }
         let mut lights = [LightSampleX8::default(); GROUP];
-        for (light, vertex) in lights.iter_mut().zip(vertices) {
+        for ((light, vertex), point) in lights.iter_mut().zip(vertices).zip(&points) {
             let path = vertex.path_key();
-            let point = ctx.sampler.pair(path, Dimension::LightPoint, edge);
             let choice = || ctx.sampler.single(path, Dimension::LightChoice, edge);
             let origin = vertex.light_origin::<B>();
             *light = scene
                 .lights
-                .sample(scene.sky.as_ref(), origin, choice, point);
+                .sample(scene.sky.as_ref(), origin, choice, *point);
         }
-        for ((live, vertex), light) in live.into_iter().zip(vertices).zip(&lights) {
+        for ((live, vertex), light) in live.iter().zip(vertices).zip(&lights) {
             let bsdf = B::load(&scene.materials, vertex.material);
             let (_, frame) = vertex.frame::<B>();
             let wo = frame.to_local(vertex.wo);
@@ -46,7 +51,7 @@ pub fn sample_lights<B: Bsdf>(
             };
             let contribution =
                 vertex.throughput * light.radiance * bsdf.value * (weight * light.inverse_pdf);
-            let lit = live & contribution.max_channel().simd_gt(f32x8::ZERO);
+            let lit = *live & contribution.max_channel().simd_gt(f32x8::ZERO);
             shadow_rays.push(
                 lit,
                 &ShadowRayX8 {

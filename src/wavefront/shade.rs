@@ -28,14 +28,14 @@ pub fn shade<B: Bsdf>(
                 .sampler
                 .pair(vertex.path_key(), Dimension::BsdfDirection, edge);
         }
-        for ((live, vertex), direction) in live.into_iter().zip(vertices).zip(directions) {
+        for ((live, vertex), direction) in live.iter().zip(vertices).zip(&directions) {
             let path = vertex.path_key();
             let bsdf = B::load(&ctx.scene.materials, vertex.material);
             let (normal, frame) = vertex.frame::<B>();
             let wo = frame.to_local(vertex.wo);
 
             let sample = if ctx.strategy == Strategy::Uniform && !B::SPECULAR {
-                let wi = warp::uniform_hemisphere(direction);
+                let wi = warp::uniform_hemisphere(*direction);
                 let density = f32x8::splat(warp::UNIFORM_HEMISPHERE_PDF);
                 SampleX8 {
                     wi,
@@ -44,11 +44,11 @@ pub fn shade<B: Bsdf>(
                 }
             } else {
                 let lobe = ctx.sampler.single(path, Dimension::BsdfLobe, edge);
-                bsdf.sample(wo, direction, lobe)
+                bsdf.sample(wo, *direction, lobe)
             };
 
             let mut throughput = vertex.throughput * sample.weight;
-            let mut goes_on = live & throughput.max_channel().simd_gt(f32x8::ZERO);
+            let mut goes_on = *live & throughput.max_channel().simd_gt(f32x8::ZERO);
             if ctx.roulette.is_some_and(|first| edge >= first) {
                 let chance = throughput.max_channel().fast_min(f32x8::ONE);
                 let u = ctx.sampler.single(path, Dimension::Roulette, edge);
