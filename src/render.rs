@@ -76,9 +76,11 @@ impl Settings {
         self.region = Region::full(width, height);
     }
 
+    /// What [`render`] asks of its settings before it begins.
+    ///
     /// # Errors
     /// [`Error::Usage`] naming the first setting out of its range.
-    fn check(&self) -> Result<()> {
+    pub fn check(&self) -> Result<()> {
         let wrong = |message: String| Err(Error::Usage(message));
         let within = |what: &str, value: u32, low: u32, high: u32| {
             if (low..=high).contains(&value) {
