@@ -27,7 +27,7 @@ Examples:
   ondine render room.toml --aov albedo,normal,depth --tonemap aces --exposure -0.5
   ondine render room.toml --json | jq .mpaths_per_s
 
-The image depends on scene, settings and seed alone: the number of threads and the wave size do not change a bit.
+The image depends on scene, settings and seed alone: threads and wave size do not change a bit of it.
 Ctrl-C writes what there is and exits with 130; a second Ctrl-C quits at once.";
 
 /// Ondine, a wavefront path tracer for the CPU: eight-lane stages, exact film, the same bits every time.
@@ -55,39 +55,15 @@ pub(super) struct RenderArgs {
     /// A scene file (.toml), or the name of a built-in scene (see `ondine scenes`)
     pub scene: String,
 
-    /// The image to write [default: SCENE.exr in this folder]; the PNG goes beside it
-    #[arg(short, long, value_name = "OUT.exr", help_heading = "Output")]
-    pub output: Option<PathBuf>,
-    /// Write no PNG
-    #[arg(long, help_heading = "Output")]
-    pub no_png: bool,
-    /// Tone curve of the PNG
-    #[arg(long, value_name = "CURVE", default_value = "linear", help_heading = "Output",
-          value_parser = choice::<Operator>(&["linear", "reinhard", "aces"]))]
-    pub tonemap: Operator,
-    /// Exposure of the PNG: radiance times 2^EV
-    #[arg(long, value_name = "EV", default_value = "0", help_heading = "Output",
-          allow_negative_numbers = true, value_parser = exposure)]
-    pub exposure: f32,
-    /// Extra layers of the EXR, of the first surface met: albedo, normal, depth
-    #[arg(long, value_name = "LIST", help_heading = "Output")]
-    pub aov: Option<AovSet>,
-    /// Print one JSON object on stdout instead of a summary
-    #[arg(long, help_heading = "Output")]
-    pub json: bool,
-    /// Show no progress bar
-    #[arg(short, long, help_heading = "Output")]
-    pub quiet: bool,
-
     /// Samples per pixel [default: the scene's, or 64; as many as fit with --time]
     #[arg(long, value_name = "N", help_heading = "Image",
           allow_negative_numbers = true, value_parser = whole::<u32>)]
     pub spp: Option<u32>,
     /// Width and height in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", help_heading = "Image",
-          allow_negative_numbers = true, value_parser = size)]
+          allow_hyphen_values = true, value_parser = size)]
     pub size: Option<(u32, u32)>,
-    /// Render only these pixels of the image, from x0,y0 up to but not with x1,y1
+    /// Render only these pixels of the image; x1,y1 lies past the last
     #[arg(
         long,
         value_name = "x0,y0,x1,y1",
@@ -117,6 +93,30 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "EDGE", help_heading = "Light transport",
           allow_negative_numbers = true, value_parser = whole::<u32>)]
     pub roulette: Option<u32>,
+
+    /// The image to write [default: SCENE.exr in this folder]; the PNG goes beside it
+    #[arg(short, long, value_name = "OUT.exr", help_heading = "Output")]
+    pub output: Option<PathBuf>,
+    /// Write no PNG
+    #[arg(long, help_heading = "Output")]
+    pub no_png: bool,
+    /// Tone curve of the PNG
+    #[arg(long, value_name = "CURVE", default_value = "linear", help_heading = "Output",
+          value_parser = choice::<Operator>(&["linear", "reinhard", "aces"]))]
+    pub tonemap: Operator,
+    /// Exposure of the PNG: radiance times 2^EV
+    #[arg(long, value_name = "EV", default_value = "0", help_heading = "Output",
+          allow_negative_numbers = true, value_parser = exposure)]
+    pub exposure: f32,
+    /// Extra layers of the EXR, of the first surface met: albedo, normal, depth
+    #[arg(long, value_name = "LIST", help_heading = "Output")]
+    pub aov: Option<AovSet>,
+    /// Print one JSON object on stdout instead of a summary
+    #[arg(long, help_heading = "Output")]
+    pub json: bool,
+    /// Show no progress bar
+    #[arg(short, long, help_heading = "Output")]
+    pub quiet: bool,
 
     /// Stop after this many seconds, with the samples traced by then
     #[arg(long, value_name = "SECONDS", help_heading = "Running",

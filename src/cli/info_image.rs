@@ -131,12 +131,13 @@ fn describe(text: &mut String, part: &Part) {
             .map(|channel| channel.name.as_str())
             .collect();
         if !names.is_empty() {
-            line(text, kind, wrapped(&names));
+            line(text, kind, wrapped(&short(&names)));
         }
     }
     for (name, value) in &part.attributes {
-        // Ours are told in their own words.
-        if !name.starts_with("ondine.") {
+        // Ours are told in their own words, and how a file is laid out tells nobody anything.
+        const LAYOUT: [&str; 3] = ["chunkCount", "lineOrder", "type"];
+        if !name.starts_with("ondine.") && !LAYOUT.contains(&name.as_str()) {
             let value = match value {
                 Value::String(value) => value.escape_debug().to_string(),
                 other => other.to_string(),
@@ -146,8 +147,26 @@ fn describe(text: &mut String, part: &Part) {
     }
 }
 
+/// The names, a layer of many channels as `exact.* (25 channels)`.
+fn short(names: &[&str]) -> Vec<String> {
+    const MANY: usize = 8;
+    let layer = |name: &str| name.split_once('.').map(|(layer, _)| layer.to_owned());
+    let size = |of: &Option<String>| names.iter().filter(|name| layer(name) == *of).count();
+    let mut all: Vec<String> = names
+        .iter()
+        .map(|name| match layer(name) {
+            Some(layer) if size(&Some(layer.clone())) > MANY => {
+                format!("{layer}.* ({} channels)", size(&Some(layer.clone())))
+            }
+            _ => (*name).to_owned(),
+        })
+        .collect();
+    all.dedup();
+    all
+}
+
 /// Names with spaces, on as many lines as they take.
-fn wrapped(names: &[&str]) -> String {
+fn wrapped(names: &[String]) -> String {
     const WIDTH: usize = 87;
     let mut text = String::new();
     let mut length = 0;

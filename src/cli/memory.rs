@@ -15,26 +15,46 @@ const PATH: u64 = 768;
 /// # Errors
 /// [`Error::Usage`] where the render needs more memory than the machine has to give. `Ok` where it does not tell.
 pub(super) fn check(settings: &Settings) -> Result<()> {
-    let needed = needed(settings);
     match available() {
-        Some(available) if needed > available => Err(Error::Usage(format!(
-            "an image of {} pixels needs about {} of memory and {} are free; choose a smaller --size, or render \
-             parts with --crop",
-            settings.region.pixels(),
-            gibibytes(needed),
-            gibibytes(available)
-        ))),
-        _ => Ok(()),
+        Some(available) => fits(settings, available),
+        None => Ok(()),
     }
 }
 
-fn needed(settings: &Settings) -> u64 {
-    let pixels = settings.region.pixels() as u64;
+fn fits(settings: &Settings, available: u64) -> Result<()> {
+    let (film, queues) = (film(settings), queues(settings));
+    let free = gibibytes(available);
+    if film > available {
+        let (width, height) = (settings.region.width(), settings.region.height());
+        let needed = gibibytes(film);
+        return Err(Error::Usage(format!(
+            "{width}x{height} pixels need about {needed} of memory and {free} are free; choose a smaller --size, or \
+             render parts with --crop"
+        )));
+    }
+    if queues > available - film {
+        let needed = gibibytes(film.saturating_add(queues));
+        return Err(Error::Usage(format!(
+            "waves of {} paths on each thread need about {needed} of memory and {free} are free; choose a smaller \
+             --wave or fewer --threads",
+            settings.wave
+        )));
+    }
+    Ok(())
+}
+
+fn film(settings: &Settings) -> u64 {
+    let pixel = PIXEL + AOV * settings.aovs.components() as u64;
+    settings.region.pixels() as u64 * pixel
+}
+
+fn queues(settings: &Settings) -> u64 {
     let threads = settings
         .threads
         .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get));
-    let paths = u64::from(settings.wave).min(pixels * u64::from(settings.spp.min(BLOCK)));
-    pixels * (PIXEL + AOV * settings.aovs.components() as u64) + threads as u64 * paths * PATH
+    let samples = u64::from(settings.spp.min(BLOCK));
+    let paths = u64::from(settings.wave).min(settings.region.pixels() as u64 * samples);
+    threads as u64 * paths * PATH
 }
 
 fn gibibytes(bytes: u64) -> String {
@@ -49,4 +69,27 @@ fn available() -> Option<u64> {
         .find(|line| line.starts_with("MemAvailable:"))?;
     let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
     Some(kibibytes * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::builtin;
+
+    #[test]
+    fn what_does_not_fit_is_refused_with_the_option_that_helps() {
+        let scene = builtin::find("cornell").unwrap().load().unwrap();
+        let mut settings = Settings::of(&scene);
+        let refusal = |settings: &Settings, available| {
+            let message = fits(settings, available).map_err(|error| error.to_string());
+            message.err().unwrap_or_default()
+        };
+        assert_eq!(refusal(&settings, 1 << 30), "");
+        settings.set_size(65535, 65535);
+        assert!(refusal(&settings, 1 << 36).contains("--size"));
+        settings.set_size(4096, 4096);
+        assert_eq!(refusal(&settings, 1 << 32), "");
+        (settings.threads, settings.wave) = (Some(1024), 1 << 20);
+        assert!(refusal(&settings, 1 << 36).contains("--wave"));
+    }
 }

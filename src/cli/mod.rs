@@ -66,15 +66,38 @@ fn fail(message: impl std::fmt::Display) -> ExitCode {
 
 /// What clap found wrong; or help and version, which it calls errors too.
 fn explain(error: &clap::Error) -> ExitCode {
-    if error.kind() == ErrorKind::ValueValidation {
-        // The message of a value's own parser says what to write: nothing to add, nothing over several lines.
-        let text = error.to_string();
-        say(text.lines().next().unwrap_or_default());
-    } else {
-        // A closed pipe is no reason to complain.
-        let _ = error.print();
+    match error.kind() {
+        ErrorKind::DisplayHelp
+        | ErrorKind::DisplayVersion
+        | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            // A closed pipe is no reason to complain.
+            let _ = error.print();
+        }
+        // Its own parser's message says what to write instead.
+        ErrorKind::ValueValidation => say(in_one_line(&error.to_string())),
+        _ => say(in_one_line(&error.to_string()) + "; try --help"),
     }
     u8::try_from(error.exit_code()).map_or(ExitCode::from(BAD_INPUT), ExitCode::from)
+}
+
+/// The paragraphs of an error of clap's, but for the usage at its end, as one line like any other error.
+fn in_one_line(text: &str) -> String {
+    let mut line = String::new();
+    let paragraphs = text
+        .lines()
+        .map(str::trim)
+        .take_while(|part| !part.starts_with("Usage:") && !part.starts_with("For more information"))
+        .filter(|part| !part.is_empty());
+    for part in paragraphs {
+        let continues = part.starts_with('[') || line.ends_with(':') || line.is_empty();
+        line += match (line.is_empty(), continues) {
+            (true, _) => "",
+            (false, true) => " ",
+            (false, false) => "; ",
+        };
+        line += part.strip_prefix("tip: ").unwrap_or(part);
+    }
+    line
 }
 
 /// A message on stderr. Where nobody can read it, nothing is lost by going on.
@@ -107,4 +130,22 @@ fn print_json(value: &impl serde::Serialize) -> Result<()> {
         .map_err(|error| crate::error::Error::Usage(format!("no JSON can be made: {error}")))?;
     text.push('\n');
     print(&text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_of_several_paragraphs_becomes_a_line() {
+        let text = "error: invalid value 'cosin' for '--strategy'\n  [possible values: cosine, mis]\n\n  tip: a \
+                    similar value exists: 'cosine'\n\nFor more information, try '--help'.\n";
+        assert_eq!(
+            in_one_line(text),
+            "error: invalid value 'cosin' for '--strategy' [possible values: cosine, mis]; a similar value exists: \
+             'cosine'"
+        );
+        let text = "error: these were not provided:\n  <SCENE>\n\nUsage: ondine render <SCENE>\n";
+        assert_eq!(in_one_line(text), "error: these were not provided: <SCENE>");
+    }
 }

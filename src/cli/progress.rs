@@ -3,6 +3,7 @@
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::IsTerminal;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -28,7 +29,8 @@ impl Progress {
         } else {
             let bar = ProgressBar::new(time.map_or(paths, milliseconds));
             bar.set_style(style(&traced, time));
-            bar.set_message(format!("Rendering {scene}"));
+            let name = Path::new(scene).file_stem().unwrap_or_default();
+            bar.set_message(format!("Rendering {}", name.display()));
             bar.enable_steady_tick(TICK);
             bar
         };

@@ -40,6 +40,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     }
     if rendered.interrupted {
         super::say(interruption(&report, args.asks_spp()));
+    } else if report.samples.min == 0 {
+        super::say(
+            "warning: time was up before every pixel had a sample; give more --time or a smaller --size",
+        );
     }
     if args.json {
         super::print_json(&report)?;

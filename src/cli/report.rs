@@ -53,7 +53,7 @@ pub(super) struct Report {
     pub sampler: String,
     pub seed: u64,
     pub roulette: Option<u32>,
-    pub aovs: String,
+    pub aovs: Vec<String>,
     pub threads: usize,
     pub wave: u32,
     pub paths: u64,
@@ -103,7 +103,7 @@ impl Report {
             sampler: settings.sampler.to_string(),
             seed: settings.seed,
             roulette: settings.roulette,
-            aovs: settings.aovs.to_string(),
+            aovs: layers(&settings.aovs.to_string()),
             threads: stats.threads,
             wave: settings.wave,
             paths: stats.paths(),
@@ -194,6 +194,13 @@ impl Report {
         }
         text
     }
+}
+
+fn layers(list: &str) -> Vec<String> {
+    list.split(',')
+        .filter(|name| !name.is_empty())
+        .map(str::to_owned)
+        .collect()
 }
 
 /// `4.19 M`, with the space that a prefix does without: `4.19 Mpaths`.
