@@ -112,7 +112,7 @@ impl Settings {
         let all = Region::full(self.width, self.height);
         if self.region.is_empty() || !all.contains(self.region) {
             return wrong(format!(
-                "the crop {} has no pixels of the {}x{} image; give x0,y0,x1,y1 with x0 < x1 <= {} and y0 < y1 <= {}",
+                "the crop {} is empty or reaches outside the {}x{} image; give x0,y0,x1,y1 with x0 < x1 <= {} and y0 < y1 <= {}",
                 self.region, self.width, self.height, self.width, self.height
             ));
         }
