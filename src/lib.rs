@@ -1,5 +1,6 @@
 //! Ondine: a data-oriented wavefront path tracer for the CPU.
 
+pub mod cli;
 pub mod error;
 pub mod film;
 pub mod lanes;

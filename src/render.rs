@@ -76,9 +76,11 @@ impl Settings {
         self.region = Region::full(width, height);
     }
 
+    /// What [`render`] asks of its settings before it begins.
+    ///
     /// # Errors
     /// [`Error::Usage`] naming the first setting out of its range.
-    fn check(&self) -> Result<()> {
+    pub fn check(&self) -> Result<()> {
         let wrong = |message: String| Err(Error::Usage(message));
         let within = |what: &str, value: u32, low: u32, high: u32| {
             if (low..=high).contains(&value) {
@@ -110,7 +112,7 @@ impl Settings {
         let all = Region::full(self.width, self.height);
         if self.region.is_empty() || !all.contains(self.region) {
             return wrong(format!(
-                "the crop {} has no pixels of the {}x{} image; give x0,y0,x1,y1 with x0 < x1 <= {} and y0 < y1 <= {}",
+                "the crop {} is empty or reaches outside the {}x{} image; give x0,y0,x1,y1 with x0 < x1 <= {} and y0 < y1 <= {}",
                 self.region, self.width, self.height, self.width, self.height
             ));
         }
@@ -200,7 +202,7 @@ pub fn render(
                 break;
             };
             wavefront::trace(&ctx, &wave, &mut ws);
-            let first_hits = ctx.first_hits.then_some(&ws.first_hits[..]);
+            let first_hits = ctx.first_hits.then(|| &ws.first_hits[..wave.paths()]);
             film.add(
                 wave.tile(),
                 wave.samples,

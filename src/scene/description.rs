@@ -11,6 +11,8 @@ use glam::Vec3;
 pub struct Description {
     /// Where it came from: a path as the user named it, or the name of a built-in scene.
     pub name: String,
+    /// SHA-256, in hexadecimal, of the scene's text and then of the image file it names, if any.
+    pub hash: String,
     /// The cameras, in file order; the first renders unless another is asked for by name. At least one.
     pub cameras: Vec<NamedCamera>,
     /// Size and pixel filter.

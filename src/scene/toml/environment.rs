@@ -5,14 +5,20 @@ use crate::error::Result;
 use crate::lanes::Rgb;
 use crate::scene::description::{Environment, LatLong};
 use exr::prelude::{MetaData, ReadChannels, ReadLayers};
+use sha2::{Digest, Sha256};
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
 /// Greatest width and height of an image, pixels: a header may claim any size.
 const LARGEST: (usize, usize) = (16384, 8192);
 
-/// `[environment]`.
-pub(super) fn environment(value: Value, base_dir: Option<&Path>) -> Result<Environment> {
+/// `[environment]`. The bytes of an image enter the scene's hash.
+pub(super) fn environment(
+    value: Value,
+    base_dir: Option<&Path>,
+    hasher: &mut Sha256,
+) -> Result<Environment> {
     const OWNER: &str = "[environment]";
     let table = value.table(OWNER)?;
     let known = ["constant", "gradient", "image", "rotate_degrees"];
@@ -53,7 +59,7 @@ pub(super) fn environment(value: Value, base_dir: Option<&Path>) -> Result<Envir
             rotate_degrees: rotation.map_or(Ok(0.0), |value| {
                 value.number_where("from -360 to 360", |degrees| degrees.abs() <= 360.0)
             })?,
-            image: Arc::new(image(kind, base_dir)?),
+            image: Arc::new(image(kind, base_dir, hasher)?),
         }),
     }
 }
@@ -71,7 +77,7 @@ fn gradient(table: Table) -> Result<Environment> {
     })
 }
 
-fn image(value: Value, base_dir: Option<&Path>) -> Result<LatLong> {
+fn image(value: Value, base_dir: Option<&Path>, hasher: &mut Sha256) -> Result<LatLong> {
     let named = value.text()?;
     if named.is_empty() {
         return Err(value.error("image is empty; name a lat-long EXR file"));
@@ -91,12 +97,25 @@ fn image(value: Value, base_dir: Option<&Path>) -> Result<LatLong> {
     });
     let (width, height, pixels) =
         read.map_err(|message| value.error(format!("image {}: {message}", path.display())))?;
+    hash_file(&path, hasher)
+        .map_err(|error| value.error(format!("image {}: cannot read: {error}", path.display())))?;
     Ok(LatLong {
         file: path.display().to_string(),
         width,
         height,
         pixels,
     })
+}
+
+fn hash_file(path: &Path, hasher: &mut Sha256) -> std::io::Result<()> {
+    let mut file = std::fs::File::open(path)?;
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut buffer)? {
+            0 => return Ok(()),
+            length => hasher.update(&buffer[..length]),
+        }
+    }
 }
 
 /// Pixels while they are read: width, height, row-major colours.

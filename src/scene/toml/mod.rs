@@ -13,6 +13,7 @@ use super::description::{
 use crate::error::{Error, Result};
 use glam::Vec3;
 use reader::{Source, Table, Value};
+use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;
@@ -128,9 +129,10 @@ pub fn parse(text: &str, file_name: &str, base_dir: Option<&Path>) -> Result<Des
         .map(|value| world::lights(value, &defined))
         .transpose()?
         .unwrap_or_default();
+    let mut hasher = Sha256::new_with_prefix(text);
     let environment = root
         .get("environment")
-        .map(|value| environment::environment(value, base_dir))
+        .map(|value| environment::environment(value, base_dir, &mut hasher))
         .transpose()?;
     if lights.is_empty() && environment.is_none() {
         let what = if objects.is_empty() {
@@ -144,6 +146,7 @@ pub fn parse(text: &str, file_name: &str, base_dir: Option<&Path>) -> Result<Des
     }
     Ok(Description {
         name: file_name.to_owned(),
+        hash: hexadecimal(&hasher.finalize()),
         cameras,
         film,
         render,
@@ -152,6 +155,10 @@ pub fn parse(text: &str, file_name: &str, base_dir: Option<&Path>) -> Result<Des
         lights,
         environment,
     })
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn version(root: &Table) -> Result<()> {

@@ -1,0 +1,216 @@
+//! Raw arguments: what can be typed. What it means together is for the commands to check.
+
+use crate::film::tonemap::Operator;
+use crate::film::{AovSet, Region};
+use crate::render::DEFAULT_WAVE;
+use crate::scene::description::{SamplerKind, Strategy};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Duration;
+
+const EXAMPLES: &str = "\
+Examples:
+  ondine render cornell                    a first picture: cornell.exr and cornell.png
+  ondine scenes cornell > room.toml        a scene file to start from
+  ondine render room.toml --spp 1024 -o room-fine.exr
+  ondine info room-fine.exr                what it holds
+
+Exit codes: 0 done, 2 bad input or usage, 130 interrupted.";
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  ondine render cornell --size 1024x1024 --spp 256
+  ondine render room.toml --time 60                      the best image of one minute
+  ondine render room.toml --crop 100,80,228,176 -o part.exr
+  ondine render room.toml --aov albedo,normal,depth --tonemap aces --exposure -0.5
+  ondine render room.toml --json | jq .mpaths_per_s
+
+The image depends on scene, settings and seed alone: threads and wave size do not change a bit of it.
+Ctrl-C writes what there is and exits with 130; a second Ctrl-C quits at once.";
+
+/// Ondine, a wavefront path tracer for the CPU: eight-lane stages, exact film, the same bits every time.
+#[derive(Debug, Parser)]
+#[command(name = "ondine", version, after_help = EXAMPLES, max_term_width = 110)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Render a scene to an OpenEXR image and a PNG
+    Render(RenderArgs),
+    /// Show what a scene or an OpenEXR image holds
+    Info(InfoArgs),
+    /// List the built-in scenes, or print one as a scene file
+    Scenes(ScenesArgs),
+}
+
+/// Render a scene to an OpenEXR image and a PNG
+#[derive(Args, Debug)]
+#[command(after_help = RENDER_EXAMPLES)]
+pub(super) struct RenderArgs {
+    /// A scene file (.toml), or the name of a built-in scene (see `ondine scenes`)
+    pub scene: String,
+
+    /// Samples per pixel [default: the scene's, or 64; as many as fit with --time]
+    #[arg(long, value_name = "N", help_heading = "Image",
+          allow_negative_numbers = true, value_parser = whole::<u32>)]
+    pub spp: Option<u32>,
+    /// Width and height in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", help_heading = "Image",
+          allow_hyphen_values = true, value_parser = size)]
+    pub size: Option<(u32, u32)>,
+    /// Render only these pixels of the image; x1,y1 lies past the last
+    #[arg(
+        long,
+        value_name = "x0,y0,x1,y1",
+        help_heading = "Image",
+        allow_hyphen_values = true
+    )]
+    pub crop: Option<Region>,
+    /// The camera, by its name in the scene [default: the scene's first]
+    #[arg(long, value_name = "NAME", help_heading = "Image")]
+    pub camera: Option<String>,
+    /// Seed of the random numbers [default: the scene's, or 0]
+    #[arg(long, value_name = "N", help_heading = "Image",
+          allow_negative_numbers = true, value_parser = whole::<u64>)]
+    pub seed: Option<u64>,
+
+    /// Greatest number of edges of a path: 1 sees lights only, 2 is direct light [default: the scene's, or 5]
+    #[arg(long, value_name = "N", help_heading = "Light transport",
+          allow_negative_numbers = true, value_parser = whole::<u32>)]
+    pub path_length: Option<u32>,
+    /// How light is looked for [default: the scene's, or mis]
+    #[arg(long, help_heading = "Light transport", value_parser = choice::<Strategy>(&["uniform", "cosine", "light", "mis"]))]
+    pub strategy: Option<Strategy>,
+    /// Where random numbers come from [default: the scene's, or sobol]
+    #[arg(long, help_heading = "Light transport", value_parser = choice::<SamplerKind>(&["pcg", "sobol"]))]
+    pub sampler: Option<SamplerKind>,
+    /// First path edge at which Russian roulette may end a path [default: the scene's, or none]
+    #[arg(long, value_name = "EDGE", help_heading = "Light transport",
+          allow_negative_numbers = true, value_parser = whole::<u32>)]
+    pub roulette: Option<u32>,
+
+    /// The image to write [default: SCENE.exr in this folder]; the PNG goes beside it
+    #[arg(short, long, value_name = "OUT.exr", help_heading = "Output")]
+    pub output: Option<PathBuf>,
+    /// Write no PNG
+    #[arg(long, help_heading = "Output")]
+    pub no_png: bool,
+    /// Tone curve of the PNG
+    #[arg(long, value_name = "CURVE", default_value = "linear", help_heading = "Output",
+          value_parser = choice::<Operator>(&["linear", "reinhard", "aces"]))]
+    pub tonemap: Operator,
+    /// Exposure of the PNG: radiance times 2^EV
+    #[arg(long, value_name = "EV", default_value = "0", help_heading = "Output",
+          allow_negative_numbers = true, value_parser = exposure)]
+    pub exposure: f32,
+    /// Extra layers of the EXR, of the first surface met: albedo, normal, depth
+    #[arg(long, value_name = "LIST", help_heading = "Output")]
+    pub aov: Option<AovSet>,
+    /// Print one JSON object on stdout instead of a summary
+    #[arg(long, help_heading = "Output")]
+    pub json: bool,
+    /// Show no progress bar
+    #[arg(short, long, help_heading = "Output")]
+    pub quiet: bool,
+
+    /// Stop after this many seconds, with the samples traced by then
+    #[arg(long, value_name = "SECONDS", help_heading = "Running",
+          allow_negative_numbers = true, value_parser = seconds)]
+    pub time: Option<Duration>,
+    /// Worker threads [default: one for each processor]
+    #[arg(long, value_name = "N", help_heading = "Running",
+          allow_negative_numbers = true, value_parser = whole::<usize>)]
+    pub threads: Option<usize>,
+    /// Paths that a worker carries at a time; changes the speed alone
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_WAVE, help_heading = "Running",
+          allow_negative_numbers = true, value_parser = whole::<u32>)]
+    pub wave: u32,
+}
+
+/// Show what a scene or an OpenEXR image holds
+#[derive(Args, Debug)]
+pub(super) struct InfoArgs {
+    /// An OpenEXR image, a scene file (.toml), or the name of a built-in scene
+    pub file: String,
+    /// Give the image hash of these pixels alone, as if only they had been rendered
+    #[arg(long, value_name = "x0,y0,x1,y1", allow_hyphen_values = true)]
+    pub crop: Option<Region>,
+    /// Print one JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// List the built-in scenes, or print one as a scene file
+#[derive(Args, Debug)]
+pub(super) struct ScenesArgs {
+    /// Print the text of this scene
+    pub name: Option<String>,
+}
+
+/// One of a few names, which the help lists.
+fn choice<T>(names: &'static [&'static str]) -> impl TypedValueParser<Value = T>
+where
+    T: FromStr<Err = crate::error::Error> + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<T>())
+}
+
+/// A whole number that the type holds; whether it is a sensible one is checked with the other settings.
+fn whole<T: FromStr + Bounds>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| {
+        let unsigned = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+        let what = if unsigned {
+            "it is too large"
+        } else {
+            "it is not a whole number"
+        };
+        format!("{what}; write one from 0 to {}", T::MAX)
+    })
+}
+
+/// The greatest value of a type.
+trait Bounds {
+    const MAX: u64;
+}
+
+impl Bounds for u32 {
+    const MAX: u64 = u32::MAX as u64;
+}
+
+impl Bounds for u64 {
+    const MAX: u64 = u64::MAX;
+}
+
+impl Bounds for usize {
+    const MAX: u64 = usize::MAX as u64;
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    text.split_once(['x', 'X', '×'])
+        .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)))
+        .ok_or_else(|| "write width and height in pixels, as in 640x480".to_owned())
+}
+
+fn exposure(text: &str) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|exposure: &f32| exposure.abs() <= 64.0)
+        .ok_or_else(|| {
+            "an exposure is a number from -64 to 64; 1 doubles the brightness".to_owned()
+        })
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    /// About thirty years.
+    const LONGEST: f64 = 1e9;
+    text.parse()
+        .ok()
+        .filter(|&seconds| seconds > 0.0 && seconds <= LONGEST)
+        .map(Duration::from_secs_f64)
+        .ok_or_else(|| "a time is a number of seconds above 0 and at most 1e9".to_owned())
+}

@@ -1,0 +1,95 @@
+//! Whether an image fits in memory: better asked before than found out by the system's killer of processes.
+
+use crate::error::{Error, Result};
+use crate::film::BLOCK;
+use crate::render::Settings;
+
+/// Bytes of a pixel: six exact sums and a count in the film; its mean, twice, and three bytes while files are written.
+const PIXEL: u64 = 6 * 16 + 4 + 2 * 12 + 3;
+/// Bytes of a pixel for each number of an extra layer.
+const AOV: u64 = 16;
+/// Bytes of a path in a worker's queues: two rays, a vertex for each of five kinds of material, a ray to a light, an
+/// encounter and what it gathers.
+const PATH: u64 = 768;
+
+/// # Errors
+/// [`Error::Usage`] where the render needs more memory than the machine has to give. `Ok` where it does not tell.
+pub(super) fn check(settings: &Settings) -> Result<()> {
+    match available() {
+        Some(available) => fits(settings, available),
+        None => Ok(()),
+    }
+}
+
+fn fits(settings: &Settings, available: u64) -> Result<()> {
+    let (film, queues) = (film(settings), queues(settings));
+    let free = gibibytes(available);
+    if film > available {
+        let (width, height) = (settings.region.width(), settings.region.height());
+        let needed = gibibytes(film);
+        return Err(Error::Usage(format!(
+            "{width}x{height} pixels need about {needed} of memory and {free} are free; choose a smaller --size, or \
+             render parts with --crop"
+        )));
+    }
+    if queues > available - film {
+        let needed = gibibytes(film.saturating_add(queues));
+        return Err(Error::Usage(format!(
+            "waves of {} paths on each thread need about {needed} of memory and {free} are free; choose a smaller \
+             --wave or fewer --threads",
+            settings.wave
+        )));
+    }
+    Ok(())
+}
+
+fn film(settings: &Settings) -> u64 {
+    let pixel = PIXEL + AOV * settings.aovs.components() as u64;
+    settings.region.pixels() as u64 * pixel
+}
+
+fn queues(settings: &Settings) -> u64 {
+    let threads = settings
+        .threads
+        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get));
+    let samples = u64::from(settings.spp.min(BLOCK));
+    let paths = u64::from(settings.wave).min(settings.region.pixels() as u64 * samples);
+    threads as u64 * paths * PATH
+}
+
+fn gibibytes(bytes: u64) -> String {
+    format!("{:.1} GiB", bytes as f64 / (1u64 << 30) as f64)
+}
+
+/// Bytes that a program can have without swapping; none where the system does not tell.
+fn available() -> Option<u64> {
+    let info = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = info
+        .lines()
+        .find(|line| line.starts_with("MemAvailable:"))?;
+    let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::builtin;
+
+    #[test]
+    fn what_does_not_fit_is_refused_with_the_option_that_helps() {
+        let scene = builtin::find("cornell").unwrap().load().unwrap();
+        let mut settings = Settings::of(&scene);
+        let refusal = |settings: &Settings, available| {
+            let message = fits(settings, available).map_err(|error| error.to_string());
+            message.err().unwrap_or_default()
+        };
+        assert_eq!(refusal(&settings, 1 << 30), "");
+        settings.set_size(65535, 65535);
+        assert!(refusal(&settings, 1 << 36).contains("--size"));
+        settings.set_size(4096, 4096);
+        assert_eq!(refusal(&settings, 1 << 32), "");
+        (settings.threads, settings.wave) = (Some(1024), 1 << 20);
+        assert!(refusal(&settings, 1 << 36).contains("--wave"));
+    }
+}

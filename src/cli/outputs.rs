@@ -1,0 +1,107 @@
+//! Where a render's files go, made sure of before it begins: an hour's work is not lost to a folder that is not there.
+
+use crate::error::{Error, Result};
+use crate::film::write_whole;
+use crate::scene::description::{Description, Environment};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The files of a render.
+#[derive(Clone, Debug)]
+pub(super) struct Outputs {
+    /// The OpenEXR image.
+    pub exr: PathBuf,
+    /// The PNG beside it, unless not wanted.
+    pub png: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// What was asked for, or the scene's name in the current folder.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where the image is not called `.exr`, or a file would replace one that the scene reads;
+    /// [`Error::Write`] where one cannot be written.
+    pub fn new(asked: Option<&Path>, png: bool, scene: &Description) -> Result<Self> {
+        let exr = match asked {
+            Some(path) if is_exr(path) => path.to_owned(),
+            Some(path) => return Err(not_exr(path)),
+            None => {
+                let stem = Path::new(&scene.name).file_stem().unwrap_or_default();
+                let mut name = stem.to_owned();
+                name.push(".exr");
+                name.into()
+            }
+        };
+        let outputs = Self {
+            png: png.then(|| exr.with_extension("png")),
+            exr,
+        };
+        for path in outputs.paths() {
+            spare_inputs(path, scene)?;
+            probe(path)?;
+        }
+        Ok(outputs)
+    }
+
+    /// Each file.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        std::iter::once(&self.exr)
+            .chain(&self.png)
+            .map(PathBuf::as_path)
+    }
+}
+
+fn is_exr(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
+}
+
+fn not_exr(path: &Path) -> Error {
+    // A folder has no name to extend.
+    let named = path.file_name().is_some() && !path.is_dir();
+    let better = match named {
+        true => path.with_extension("exr"),
+        false => path.join("image.exr"),
+    };
+    Error::Usage(format!(
+        "-o {}: the image is an OpenEXR file, and the PNG is written beside it; use -o {}",
+        path.display(),
+        better.display()
+    ))
+}
+
+/// `sky.toml` with `image = "sky.exr"` would by default be rendered over its own sky.
+fn spare_inputs(output: &Path, scene: &Description) -> Result<()> {
+    let Some(Environment::Image { image, .. }) = &scene.environment else {
+        return Ok(());
+    };
+    let same = match (output.canonicalize(), Path::new(&image.file).canonicalize()) {
+        (Ok(output), Ok(input)) => output == input,
+        _ => false,
+    };
+    if same {
+        return Err(Error::Usage(format!(
+            "{}: the scene's environment is read from this file; name another output with -o",
+            output.display()
+        )));
+    }
+    Ok(())
+}
+
+/// Marks the end of a trial.
+#[derive(Debug, thiserror::Error)]
+#[error("a trial")]
+struct Trial;
+
+/// Writes a file as it will be written, up to its first byte, and then gives up, so that nothing is left and what is at
+/// `path` stays.
+fn probe(path: &Path) -> Result<()> {
+    match write_whole(path, |_| Err(io::Error::other(Trial))) {
+        Err(Error::Write { source, .. })
+            if source.get_ref().is_some_and(|inner| inner.is::<Trial>()) =>
+        {
+            Ok(())
+        }
+        other => other,
+    }
+}

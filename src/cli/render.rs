@@ -1,0 +1,137 @@
+//! `ondine render`: arguments to settings, the render, and what becomes of it.
+
+use super::args::RenderArgs;
+use super::outputs::Outputs;
+use super::progress::Progress;
+use super::report::{Report, seconds};
+use super::{Outcome, interrupt, memory};
+use crate::error::{Error, Result};
+use crate::film::tonemap::Tonemap;
+use crate::film::{MAX_SAMPLES, exr, png};
+use crate::render::{Control, Settings, render};
+use crate::scene::builtin;
+use crate::scene::description::Description;
+use std::time::Instant;
+
+pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
+    let begin = Instant::now();
+    let scene = builtin::open(&args.scene)?;
+    let load = begin.elapsed();
+    let settings = settings(args, &scene);
+    settings.check()?;
+    memory::check(&settings)?;
+    let outputs = Outputs::new(args.output.as_deref(), !args.no_png, &scene)?;
+
+    let stop = interrupt::listen();
+    let paths = settings.region.pixels() as u64 * u64::from(settings.spp);
+    let progress = Progress::new(&scene.name, paths, settings.time, args.quiet);
+    let control = Control {
+        stop,
+        progress: &|paths| progress.add(paths),
+    };
+    let rendered = render(&scene, &settings, &control);
+    progress.finish();
+    let rendered = rendered?;
+
+    let mut report = Report::new(&scene, &settings, &rendered, load, args.asks_spp());
+    if report.paths > 0 {
+        write(&report, &rendered.film, &outputs, args)?;
+        report.wrote(&outputs);
+    }
+    if rendered.interrupted {
+        super::say(interruption(&report, args.asks_spp()));
+    } else if report.samples.min == 0 {
+        super::say(
+            "warning: time was up before every pixel had a sample; give more --time or a smaller --size",
+        );
+    }
+    if args.json {
+        super::print_json(&report)?;
+    } else if !report.outputs.is_empty() {
+        super::print(&report.summary())?;
+    }
+    Ok(match rendered.interrupted {
+        true => Outcome::Interrupted,
+        false => Outcome::Done,
+    })
+}
+
+impl RenderArgs {
+    /// Whether the number of samples ends the render; time alone does otherwise.
+    fn asks_spp(&self) -> bool {
+        self.spp.is_some() || self.time.is_none()
+    }
+}
+
+/// The scene's settings, with what the arguments change.
+fn settings(args: &RenderArgs, scene: &Description) -> Settings {
+    let mut settings = Settings::of(scene);
+    if let Some((width, height)) = args.size {
+        settings.set_size(width, height);
+    }
+    if let Some(region) = args.crop {
+        settings.region = region;
+    }
+    if !args.asks_spp() {
+        settings.spp = MAX_SAMPLES;
+    }
+    let or = |asked: Option<u32>, scene: u32| asked.unwrap_or(scene);
+    Settings {
+        camera: args.camera.clone(),
+        spp: or(args.spp, settings.spp),
+        path_length: or(args.path_length, settings.path_length),
+        strategy: args.strategy.unwrap_or(settings.strategy),
+        sampler: args.sampler.unwrap_or(settings.sampler),
+        seed: args.seed.unwrap_or(settings.seed),
+        roulette: args.roulette.or(settings.roulette),
+        aovs: args.aov.unwrap_or(settings.aovs),
+        threads: args.threads.or(settings.threads),
+        wave: args.wave,
+        time: args.time,
+        ..settings
+    }
+}
+
+/// Writes the files on as many threads as the render had: the image first, which holds everything.
+fn write(
+    report: &Report,
+    film: &crate::film::Film,
+    outputs: &Outputs,
+    args: &RenderArgs,
+) -> Result<()> {
+    let metadata = report.metadata();
+    let workers = rayon::ThreadPoolBuilder::new()
+        .num_threads(report.threads)
+        .build()
+        .map_err(|error| Error::Usage(format!("cannot start threads to write with: {error}")))?;
+    workers.install(|| exr::write(&outputs.exr, film, &metadata))?;
+    if let Some(path) = &outputs.png {
+        let tonemap = Tonemap {
+            operator: args.tonemap,
+            exposure: args.exposure,
+        };
+        png::write(path, film, tonemap).inspect_err(|_| {
+            super::say(format_args!(
+                "{} is written, and holds everything",
+                outputs.exr.display()
+            ));
+        })?;
+    }
+    Ok(())
+}
+
+fn interruption(report: &Report, spp_asked: bool) -> String {
+    let after = seconds(report.render_s);
+    if report.outputs.is_empty() {
+        return format!("interrupted after {after}, before the first sample; nothing was written");
+    }
+    let of = match spp_asked {
+        true => format!(" of {}", report.spp),
+        false => String::new(),
+    };
+    format!(
+        "interrupted after {after}; wrote {} with {}{of} samples per pixel",
+        report.outputs.join(" and "),
+        report.samples_per_pixel()
+    )
+}
