@@ -162,62 +162,77 @@ macro_rules! record {
 }
 
 /// A list of records in batches of eight, all full but the last. Capacity is fixed when it is made.
+///
+/// A batch that is pushed whole is stored as it is; what is kept of others closes up in the last batch. So records keep
+/// their order only within what was pushed whole, and no kernel may depend on it.
 #[derive(Clone, Debug)]
 pub struct Queue<B> {
     batches: Vec<B>,
-    len: usize,
+    full: usize,
+    last: B,
+    in_last: usize,
 }
 
 impl<B: Batch> Queue<B> {
     /// Room for `capacity` records.
     pub fn with_capacity(capacity: usize) -> Self {
-        // One batch beyond: `push` always writes the batch after the tail too, so that it has no branch.
         Self {
-            batches: vec![B::default(); capacity.div_ceil(WIDTH) + 1],
-            len: 0,
+            batches: vec![B::default(); capacity / WIDTH],
+            full: 0,
+            last: B::default(),
+            in_last: 0,
         }
     }
 
     /// Records in it.
     #[inline]
     pub fn len(&self) -> usize {
-        self.len
+        self.full * WIDTH + self.in_last
     }
 
     /// Whether it holds none.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.len == 0
+        self.len() == 0
     }
 
     /// Empties it and keeps its room.
     #[inline]
     pub fn clear(&mut self) {
-        self.len = 0;
+        (self.full, self.in_last) = (0, 0);
     }
 
-    /// Appends the lanes of `batch` that `mask` has on, in lane order.
+    /// Appends the lanes of `batch` that `mask` has on.
     ///
     /// # Panics
     /// When the queue is full: a stage was given a wave larger than its workspace.
     #[inline]
     pub fn push(&mut self, mask: f32x8, batch: &B) {
         let mask = mask.to_bitmask() as usize;
-        let tail = self.len / WIDTH;
-        let offset = self.len % WIDTH;
-        self.len += mask.count_ones() as usize;
-        if mask == 0xff && offset == 0 {
-            self.batches[tail] = *batch;
-            return;
+        if mask == 0xff {
+            self.batches[self.full] = *batch;
+            self.full += 1;
+        } else if mask != 0 {
+            self.push_part(mask, batch);
         }
-        // Kept lanes first, then turned right by `offset`: one shuffle serves the tail and the batch behind it.
-        let order = COMPRESS[mask].shuffle(ROTATE[offset]);
+    }
+
+    /// Closes up the lanes of `mask` behind those of the last batch.
+    #[inline]
+    fn push_part(&mut self, mask: usize, batch: &B) {
+        // Kept lanes first, then turned right: one shuffle serves the last batch and the one behind it.
+        let order = COMPRESS[mask].shuffle(ROTATE[self.in_last]);
         let shuffled = batch.shuffle(order);
-        let [tail, next] = &mut self.batches[tail..tail + 2] else {
-            unreachable!("a slice of two")
-        };
-        *tail = B::select(first_lanes(offset), tail, &shuffled);
-        *next = shuffled;
+        let filled = B::select(first_lanes(self.in_last), &self.last, &shuffled);
+        self.in_last += mask.count_ones() as usize;
+        if self.in_last < WIDTH {
+            self.last = filled;
+        } else {
+            self.batches[self.full] = filled;
+            self.full += 1;
+            self.last = shuffled;
+            self.in_last -= WIDTH;
+        }
     }
 
     /// Appends one record.
@@ -225,8 +240,9 @@ impl<B: Batch> Queue<B> {
     /// # Panics
     /// When the queue is full.
     pub fn push_one(&mut self, record: B::Record) {
-        self.batches[self.len / WIDTH].set_lane(self.len % WIDTH, record);
-        self.len += 1;
+        let mut batch = B::default();
+        batch.set_lane(0, record);
+        self.push_part(1, &batch);
     }
 
     /// Record `index`.
@@ -234,35 +250,38 @@ impl<B: Batch> Queue<B> {
     /// # Panics
     /// When there is no such record.
     pub fn get(&self, index: usize) -> B::Record {
-        assert!(index < self.len, "record {index} of {}", self.len);
-        self.batches[index / WIDTH].lane(index % WIDTH)
+        assert!(index < self.len(), "record {index} of {}", self.len());
+        if index < self.full * WIDTH {
+            self.batches[index / WIDTH].lane(index % WIDTH)
+        } else {
+            self.last.lane(index % WIDTH)
+        }
     }
 
-    /// Up to `N` batches at a time, with the masks of their live lanes.
+    /// Up to `N` batches at a time, with the masks of their live lanes. Dead lanes hold arbitrary bits.
     ///
     /// For kernels whose steps wait for one another: each step done for `N` batches in turn keeps the processor busy.
     #[inline]
     pub fn groups<const N: usize>(&self) -> impl Iterator<Item = ([f32x8; N], &[B])> {
-        let len = self.len;
-        self.batches[..len.div_ceil(WIDTH)]
+        let all = [first_lanes(WIDTH); N];
+        let mut some = all;
+        some[0] = first_lanes(self.in_last);
+        let last = (self.in_last > 0).then(|| (some, std::slice::from_ref(&self.last)));
+        self.batches[..self.full]
             .chunks(N)
-            .enumerate()
-            .map(move |(group, batches)| {
-                let first = group * N * WIDTH;
-                let live =
-                    std::array::from_fn(|i| first_lanes(len.saturating_sub(first + i * WIDTH)));
-                (live, batches)
-            })
+            .map(move |batches| (all, batches))
+            .chain(last)
     }
 
     /// Each batch with the mask of its live lanes. Dead lanes hold arbitrary bits.
     #[inline]
     pub fn batches(&self) -> impl Iterator<Item = (f32x8, &B)> {
-        let len = self.len;
-        self.batches[..len.div_ceil(WIDTH)]
+        let live = |count| first_lanes(count);
+        let last = (self.in_last > 0).then(|| (live(self.in_last), &self.last));
+        self.batches[..self.full]
             .iter()
-            .enumerate()
-            .map(move |(i, batch)| (first_lanes(len - i * WIDTH), batch))
+            .map(move |batch| (live(WIDTH), batch))
+            .chain(last)
     }
 }
 

@@ -96,7 +96,9 @@ impl Scene {
         for (id, (shape, material, light)) in primitives.into_iter().enumerate() {
             let primitive = id as u32;
             add(&mut scene.shapes, shape, primitive);
-            if !hull[id] {
+            // The only light casts no shadow on its own light, and there is no other.
+            let only_light = light.is_some() && description.lights.len() == 1;
+            if !hull[id] && !only_light {
                 add(&mut scene.blockers, shape, primitive);
             }
             if let Some(light) = light {
