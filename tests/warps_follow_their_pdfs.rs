@@ -193,7 +193,12 @@ fn check_plane(
 fn disk_points_are_uniform() {
     let inside = |x: f32x8, y: f32x8| x.mul_add(x, y * y).simd_le(f32x8::ONE);
     let density = f32x8::splat(1.0 / PI as f32);
-    check_plane(14, 1.0, |x, y| density & inside(x, y), warp::uniform_disk);
+    check_plane(
+        14,
+        1.0,
+        |x, y| density & inside(x, y),
+        |u| warp::uniform_disk(u).0,
+    );
 }
 
 #[test]
