@@ -196,7 +196,7 @@ pub fn render(
                 break;
             };
             wavefront::trace(&ctx, &wave, &mut ws);
-            let first_hits = ctx.first_hits.then_some(&ws.first_hits[..]);
+            let first_hits = ctx.first_hits.then(|| &ws.first_hits[..wave.paths()]);
             film.add(
                 wave.tile(),
                 wave.samples,
