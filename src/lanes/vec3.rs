@@ -72,6 +72,14 @@ impl Vec3x8 {
         self * (f32x8::ONE / self.length_squared().sqrt())
     }
 
+    /// Unit vector of a vector that is nearly unit: one Newton step, which squares the error of the length.
+    #[inline]
+    pub fn renormalize(self) -> Self {
+        self * self
+            .length_squared()
+            .mul_neg_add(f32x8::HALF, f32x8::splat(1.5))
+    }
+
     /// The greatest absolute component.
     #[inline]
     pub fn max_abs(self) -> f32x8 {

@@ -259,6 +259,13 @@ impl Lights {
     }
 }
 
+impl LightSampleX8 {
+    /// Density of the direction, per steradian, choice of the light included; 0 where no light was found.
+    pub fn pdf(&self) -> f32x8 {
+        (f32x8::ONE / self.inverse_pdf) & self.inverse_pdf.simd_gt(f32x8::ZERO)
+    }
+}
+
 impl LightX8 {
     /// Direction, distance to the surface and 1 ÷ density (steradians; 0 where the light shows its dark side): uniform in
     /// the cone that the sphere subtends (Shirley & Morley, Realistic Ray Tracing, 2nd ed., "Sampling a Spherical

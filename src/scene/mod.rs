@@ -173,10 +173,10 @@ impl Scene {
             gather_rows(&self.surfaces, primitive);
         let at = Vec3x8::new(x, y, z);
         let is_quad = inverse_radius.simd_eq(f32x8::ZERO);
-        // By its own length, not the radius: a hit is off the sphere by rounding, a normal that is not unit makes the next
-        // direction longer and the next hit further off. Inside a sphere that grew fourfold with every bounce.
+        // Renormalised: a hit is off the sphere by rounding, a normal that is not unit makes the next direction longer and the
+        // next hit further off. Inside a sphere that grew fourfold with every bounce.
         SurfaceX8 {
-            normal: Vec3x8::select(is_quad, at, (point - at).normalize()),
+            normal: Vec3x8::select(is_quad, at, ((point - at) * inverse_radius).renormalize()),
             material: material.to_bits(),
             light: light.to_bits(),
             kind: kind.to_bits(),

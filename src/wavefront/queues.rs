@@ -129,7 +129,8 @@ impl Workspace {
             encounters: Queue::with_capacity(paths),
             shadow_rays: Queue::with_capacity(paths),
             visible: Vec::with_capacity(paths.div_ceil(WIDTH)),
-            radiance: vec![[0.0; 4]; paths],
+            // Whole batches: a dead lane too has a place to add its 0 to.
+            radiance: vec![[0.0; 4]; paths.next_multiple_of(WIDTH)],
             first_hits: vec![AovSample::default(); if first_hits { paths } else { 0 }],
             tally: Tally::default(),
         }

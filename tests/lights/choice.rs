@@ -85,14 +85,14 @@ fn lights_are_chosen_by_power_black_ones_never_and_the_pdf_counts_the_choice() {
                         s.distance,
                     )
                 };
-                if s.pdf.as_array()[i] > 0.0 {
-                    let (got, want) = (s.pdf.as_array()[i], pdf.as_array()[i]);
+                if s.pdf().as_array()[i] > 0.0 {
+                    let (got, want) = (s.pdf().as_array()[i], pdf.as_array()[i]);
                     assert_close(f64::from(got), f64::from(want), 2e-5, 0.0, "pdf");
                     assert_eq!(s.radiance.lane(i), eight.lane(i));
                 }
                 if id == count {
                     let want = sky_power / total / (4.0 * PI);
-                    assert_close(f64::from(s.pdf.as_array()[i]), want, 1e-5, 0.0, "sky pdf");
+                    assert_close(f64::from(s.pdf().as_array()[i]), want, 1e-5, 0.0, "sky pdf");
                     assert_eq!(s.distance.as_array()[i], f32::INFINITY);
                 }
             }

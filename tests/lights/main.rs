@@ -129,7 +129,7 @@ fn sampled_points_lie_on_their_light_and_a_ray_that_hits_it_there_reports_the_sa
                 let d = lane(&s.direction, i);
                 assert_close(dot(d, d), 1.0, 0.0, 1e-6, "length");
                 assert_eq!(s.primitive.as_array()[i], FIRST_ID);
-                let (got, want) = (s.pdf.as_array()[i], pdf.as_array()[i]);
+                let (got, want) = (s.pdf().as_array()[i], pdf.as_array()[i]);
                 assert!(got > 0.0 && got.is_finite(), "{name}: pdf {got}");
                 // A density at a quad is in proportion to 1/cos: grazing, both round.
                 assert_close(f64::from(got), f64::from(want), 2e-5, 0.0, &name);
@@ -279,7 +279,7 @@ fn points_of_a_quad_are_uniform_and_the_pdf_is_that_of_the_directions() {
                 // The direction has single precision, which counts the more the more it grazes.
                 let grazing = dot(d, n).abs() / area;
                 assert_close(
-                    f64::from(s.pdf.as_array()[i]),
+                    f64::from(s.pdf().as_array()[i]),
                     want,
                     2e-6 + 1e-6 / grazing,
                     0.0,
@@ -306,7 +306,7 @@ fn the_mean_of_one_over_pdf_is_the_solid_angle_of_the_light() {
         let mut random = Random::new(seed);
         mean(MANY / WIDTH, || {
             let s = world.sample(Vec3x8::ZERO, &mut random);
-            ondine::lanes::Rgbx8::gray(f32x8::ONE / s.pdf)
+            ondine::lanes::Rgbx8::gray(s.inverse_pdf)
         })
     };
     for (distance, radius) in SPHERES {
@@ -354,7 +354,7 @@ fn one_sided_lights_are_dark_from_behind_and_from_inside() {
                     .lights
                     .emitted(u32x8::ZERO, Vec3x8::ZERO, s.direction, s.distance);
             for i in 0..WIDTH {
-                assert_eq!(s.pdf.as_array()[i] > 0.0, lit, "{light:?}");
+                assert_eq!(s.pdf().as_array()[i] > 0.0, lit, "{light:?}");
                 assert_eq!(emitted.lane(i) == light.radiance, lit, "{light:?}");
                 assert_eq!(emitted.lane(i) == Rgb::BLACK, !lit, "{light:?}");
             }
