@@ -55,8 +55,9 @@ fn place(file: &Path) -> Vec<String> {
     parts
 }
 
-/// The code alone: no comments, no contents of texts.
+/// The code alone: no comments, no contents of texts, no tests (they stand last in a file).
 fn code(source: &str) -> String {
+    let source = source.split("#[cfg(test)]").next().unwrap_or(source);
     let mut kept = String::new();
     for line in source.lines() {
         let mut in_text = false;

@@ -1,4 +1,4 @@
-//! Floor 5: the command line. Raw arguments become validated settings, and those a command.
+//! Floor 6: the command line. Raw arguments become validated settings, and those a command.
 //!
 //! Results go to stdout; progress and messages to stderr. Exit codes: 0 done, 2 bad input or usage, 130 interrupted.
 
