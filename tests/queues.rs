@@ -4,7 +4,7 @@ mod common;
 
 use common::Random;
 use glam::Vec3;
-use ondine::lanes::{Batch, Queue, Rgb, Shuffle, WIDTH, f32x8, first_lanes, gather_rows, u32x8};
+use ondine::lanes::{Batch, Queue, Rgb, Row, Shuffle, Table, WIDTH, f32x8, first_lanes, u32x8};
 use ondine::record;
 use ondine::sampling::{Dimension, Sampler};
 use std::collections::HashSet;
@@ -160,25 +160,38 @@ fn first_lanes_are_the_first() {
 }
 
 #[test]
-fn gathered_rows_are_the_rows_and_past_the_end_the_last() {
-    let table: Vec<[f32; 8]> = (0..37)
-        .map(|row| std::array::from_fn(|field| (row * 100 + field) as f32))
-        .collect();
+fn gathered_rows_are_the_rows_in_tables_of_every_size() {
     let mut random = Random::new(401);
-    for _ in 0..1000 {
-        let ids: [u32; 8] = std::array::from_fn(|_| {
-            let id = (random.one() * 45.0) as u32;
-            if id == 44 { u32::MAX } else { id }
-        });
-        let rows = gather_rows(&table, u32x8::new(ids));
-        for (field, values) in rows.iter().enumerate() {
-            for (lane, id) in ids.into_iter().enumerate() {
-                assert_eq!(values.as_array()[lane], table[(id as usize).min(36)][field]);
+    for size in [1, 2, 7, 8, 9, 15, 16, 17, 37] {
+        let rows: Vec<Row> = (0..size)
+            .map(|row| std::array::from_fn(|field| (row * 100 + field) as f32))
+            .collect();
+        let table = Table::new(rows.clone());
+        assert_eq!(table.rows(), rows);
+        for _ in 0..1000 {
+            let ids: [u32; 8] =
+                std::array::from_fn(|_| (random.one() * size as f64) as u32 % size as u32);
+            for (field, values) in table.gather(u32x8::new(ids)).iter().enumerate() {
+                for (lane, id) in ids.into_iter().enumerate() {
+                    assert_eq!(values.as_array()[lane], rows[id as usize][field]);
+                }
             }
         }
     }
-    let none = gather_rows(&[], u32x8::new([0, 1, 2, 3, 4, 5, 6, u32::MAX]));
-    assert!(none.iter().all(|values| values.to_array() == [0.0; 8]));
+}
+
+#[test]
+fn an_id_of_no_row_is_no_panic() {
+    let wild = u32x8::new([0, 1, 15, 16, 17, 1000, u32::MAX - 1, u32::MAX]);
+    for size in [0, 1, 8, 9, 16, 17] {
+        let table = Table::new(vec![[2.5; 8]; size]);
+        assert!(
+            table
+                .gather(wild)
+                .iter()
+                .all(|values| values.is_finite().all())
+        );
+    }
 }
 
 #[test]

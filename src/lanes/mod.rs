@@ -7,11 +7,13 @@
 mod math;
 mod queue;
 mod rgb;
+mod table;
 mod vec3;
 
 pub use math::*;
 pub use queue::*;
 pub use rgb::*;
+pub use table::{Row, Table};
 pub use vec3::*;
 pub use wide::{f32x8, u32x8};
 
@@ -22,19 +24,4 @@ pub const WIDTH: usize = 8;
 #[inline]
 pub fn first_lanes(count: usize) -> f32x8 {
     f32x8::from_bits(u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]).simd_lt(u32x8::splat(count as u32)))
-}
-
-/// Eight rows of a table, transposed: field `f` of the result holds `table[ids.lane(i)][f]` in lane `i`.
-///
-/// Row loads and shuffles: on x86 this beats eight hardware gathers. An id past the end reads the last row (dead lanes
-/// hold arbitrary ids); an empty table gives zeros.
-#[inline]
-pub fn gather_rows(table: &[[f32; WIDTH]], ids: u32x8) -> [f32x8; WIDTH] {
-    let Some(last) = table.len().checked_sub(1) else {
-        return [f32x8::ZERO; WIDTH];
-    };
-    let ids = ids.min(u32x8::splat(last as u32)).to_array();
-    f32x8::transpose(std::array::from_fn(|lane| {
-        f32x8::new(table[ids[lane] as usize])
-    }))
 }

@@ -1,7 +1,7 @@
 //! A rough conductor.
 
-use super::{Bsdf, EvalX8, Kind, Row, SampleX8};
-use crate::lanes::{Rgb, Rgbx8, Vec3x8, f32x8, gather_rows, sin_cos_turns, square, u32x8};
+use super::{Bsdf, EvalX8, Kind, SampleX8};
+use crate::lanes::{Rgb, Rgbx8, Row, Table, Vec3x8, f32x8, sin_cos_turns, square, u32x8};
 
 /// Least alpha: a smoother surface is a mirror to single precision.
 const MIN_ALPHA: f32 = 1e-4;
@@ -88,8 +88,8 @@ impl Bsdf for Conductor {
     const TRANSMISSIVE: bool = false;
 
     #[inline]
-    fn load(table: &[Row], ids: u32x8) -> Self {
-        let [r, g, b, alpha, alpha2, inverse_alpha2, peak, _] = gather_rows(table, ids);
+    fn load(table: &Table, ids: u32x8) -> Self {
+        let [r, g, b, alpha, alpha2, inverse_alpha2, peak, _] = table.gather(ids);
         Self {
             reflectance: Rgbx8::new(r, g, b),
             alpha,

@@ -1,7 +1,7 @@
 //! A smooth dielectric.
 
-use super::{Bsdf, EvalX8, Kind, Row, SampleX8};
-use crate::lanes::{Rgbx8, Vec3x8, f32x8, gather_rows, safe_sqrt, square, u32x8};
+use super::{Bsdf, EvalX8, Kind, SampleX8};
+use crate::lanes::{Rgbx8, Row, Table, Vec3x8, f32x8, safe_sqrt, square, u32x8};
 
 /// Fresnel reflection and refraction at a smooth interface, of unpolarised light
 /// (Pharr, Jakob & Humphreys, PBR 4th ed., sec. 9.3.5 and 9.5.2).
@@ -78,8 +78,8 @@ impl Bsdf for Glass {
     const TRANSMISSIVE: bool = true;
 
     #[inline]
-    fn load(table: &[Row], ids: u32x8) -> Self {
-        let [a, b, c, d, e, f, ..] = gather_rows(table, ids);
+    fn load(table: &Table, ids: u32x8) -> Self {
+        let [a, b, c, d, e, f, ..] = table.gather(ids);
         Self {
             from_outside: Interface {
                 eta: a,

@@ -1,7 +1,7 @@
 //! Ideal diffuse reflection.
 
-use super::{Bsdf, EvalX8, Kind, Row, SampleX8};
-use crate::lanes::{Rgb, Rgbx8, Vec3x8, f32x8, gather_rows, u32x8};
+use super::{Bsdf, EvalX8, Kind, SampleX8};
+use crate::lanes::{Rgb, Rgbx8, Row, Table, Vec3x8, f32x8, u32x8};
 use crate::sampling::warp;
 use std::f32::consts::FRAC_1_PI;
 
@@ -24,8 +24,8 @@ impl Bsdf for Lambert {
     const TRANSMISSIVE: bool = false;
 
     #[inline]
-    fn load(table: &[Row], ids: u32x8) -> Self {
-        let [r, g, b, ..] = gather_rows(table, ids);
+    fn load(table: &Table, ids: u32x8) -> Self {
+        let [r, g, b, ..] = table.gather(ids);
         Self {
             albedo: Rgbx8::new(r, g, b),
         }

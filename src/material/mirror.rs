@@ -1,7 +1,7 @@
 //! Perfect specular reflection.
 
-use super::{Bsdf, EvalX8, Kind, Row, SampleX8};
-use crate::lanes::{Rgb, Rgbx8, Vec3x8, f32x8, gather_rows, u32x8};
+use super::{Bsdf, EvalX8, Kind, SampleX8};
+use crate::lanes::{Rgb, Rgbx8, Row, Table, Vec3x8, f32x8, u32x8};
 
 /// `reflectance · δ(wi − reflected wo) / |cos θi|` (Pharr, Jakob & Humphreys, PBR 4th ed., sec. 9.3).
 #[derive(Clone, Copy, Debug)]
@@ -31,8 +31,8 @@ impl Bsdf for Mirror {
     const TRANSMISSIVE: bool = false;
 
     #[inline]
-    fn load(table: &[Row], ids: u32x8) -> Self {
-        let [r, g, b, ..] = gather_rows(table, ids);
+    fn load(table: &Table, ids: u32x8) -> Self {
+        let [r, g, b, ..] = table.gather(ids);
         Self {
             reflectance: Rgbx8::new(r, g, b),
         }

@@ -12,7 +12,7 @@ pub use lambert::Lambert;
 pub use mirror::Mirror;
 pub use phong::Phong;
 
-use crate::lanes::{Rgb, Rgbx8, Vec3x8, WIDTH, f32x8, u32x8};
+use crate::lanes::{Rgb, Rgbx8, Row, Table, Vec3x8, f32x8, u32x8};
 
 /// A material as a scene describes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,9 +77,6 @@ impl Kind {
     ];
 }
 
-/// A material's parameters as the kernels read them; the meaning of each field is the BSDF's own.
-pub type Row = [f32; WIDTH];
-
 impl Material {
     /// Which kernel shades it.
     pub fn kind(&self) -> Kind {
@@ -110,7 +107,7 @@ impl Material {
         }
     }
 
-    /// Its parameters as the kernels read them.
+    /// Its parameters as the kernels read them; the meaning of each field is the BSDF's own.
     pub fn row(&self) -> Row {
         match *self {
             Material::Lambert { albedo } => Lambert::row(albedo),
@@ -163,7 +160,7 @@ pub trait Bsdf: Copy {
     const TRANSMISSIVE: bool;
 
     /// Reads the parameters of eight materials.
-    fn load(table: &[Row], ids: u32x8) -> Self;
+    fn load(table: &Table, ids: u32x8) -> Self;
 
     /// BSDF × |cos θi| and density; both zero for a specular BSDF and where `wi` or `wo` is below the surface.
     fn eval(&self, wo: Vec3x8, wi: Vec3x8) -> EvalX8;

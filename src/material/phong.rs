@@ -1,7 +1,7 @@
 //! The normalised modified Phong model.
 
-use super::{Bsdf, EvalX8, Kind, Row, SampleX8};
-use crate::lanes::{FrameX8, Rgb, Rgbx8, Vec3x8, f32x8, gather_rows, pow_one_minus, u32x8};
+use super::{Bsdf, EvalX8, Kind, SampleX8};
+use crate::lanes::{FrameX8, Rgb, Rgbx8, Row, Table, Vec3x8, f32x8, pow_one_minus, u32x8};
 use crate::sampling::warp;
 use std::f32::consts::FRAC_1_PI;
 
@@ -53,8 +53,8 @@ impl Bsdf for Phong {
     const TRANSMISSIVE: bool = false;
 
     #[inline]
-    fn load(table: &[Row], ids: u32x8) -> Self {
-        let [dr, dg, db, sr, sg, sb, exponent, choose_specular] = gather_rows(table, ids);
+    fn load(table: &Table, ids: u32x8) -> Self {
+        let [dr, dg, db, sr, sg, sb, exponent, choose_specular] = table.gather(ids);
         Self {
             diffuse: Rgbx8::new(dr, dg, db),
             specular: Rgbx8::new(sr, sg, sb),

@@ -14,6 +14,13 @@ pub use dimension::Dimension;
 use crate::lanes::{f32x8, u32x8};
 use hash::{hash, hash_word};
 
+/// The last bounce whose numbers are Sobol' points; later ones are independent hashes, at a third of the cost.
+///
+/// What a path meets by then depends on so many numbers that the strata of one pair are lost: on the box (path length 6, 64
+/// samples) the relative error is the same to 0.1 % with Sobol' points up to bounce 2, 3 and 5. One more is kept for paths
+/// that pass through glass first.
+pub const LAST_SOBOL_BOUNCE: u32 = 3;
+
 /// Which numbers a sampler gives.
 #[derive(Clone, Debug)]
 enum Source {
@@ -48,7 +55,7 @@ impl Sampler {
         }
     }
 
-    /// Owen-scrambled Sobol' pairs.
+    /// Owen-scrambled Sobol' pairs up to [`LAST_SOBOL_BOUNCE`], independent numbers beyond.
     pub fn sobol(seed: u64, path_length: u32) -> Self {
         let seeds = (0..Self::numbers(path_length) as u32)
             .map(|position| hash_word(hash_word(position)))
@@ -100,7 +107,13 @@ impl Sampler {
                 pcg::number(path.key, path.index, jumps[position + 1]),
             ),
             Source::Sobol { seeds } => {
-                sobol::pair(path.index, hash(path.key ^ u32x8::splat(seeds[position])))
+                let seed = hash(path.key ^ u32x8::splat(seeds[position]));
+                if bounce <= LAST_SOBOL_BOUNCE {
+                    sobol::pair(path.index, seed)
+                } else {
+                    let word = hash(seed ^ path.index);
+                    (sobol::unit(word), sobol::unit(hash(word)))
+                }
             }
         }
     }
@@ -112,7 +125,12 @@ impl Sampler {
         match &self.source {
             Source::Pcg { jumps } => pcg::number(path.key, path.index, jumps[position]),
             Source::Sobol { seeds } => {
-                sobol::single(path.index, hash(path.key ^ u32x8::splat(seeds[position])))
+                let seed = hash(path.key ^ u32x8::splat(seeds[position]));
+                if bounce <= LAST_SOBOL_BOUNCE {
+                    sobol::single(path.index, seed)
+                } else {
+                    sobol::unit(hash(seed ^ path.index))
+                }
             }
         }
     }

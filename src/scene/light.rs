@@ -2,24 +2,25 @@
 
 use super::description::{self, Shape};
 use super::environment::Sky;
-use crate::lanes::{FrameX8, Rgbx8, Vec3x8, f32x8, gather_rows, safe_sqrt, square, u32x8};
+use crate::lanes::{FrameX8, Rgbx8, Row, Table, Vec3x8, f32x8, safe_sqrt, square, u32x8};
 use crate::sampling::warp::{self, Pair};
 use crate::shape::NO_PRIMITIVE;
+use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
 /// The light sources of a scene; their ids are their places in the file, and the sky's comes last.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     /// Position (3), radius (0 for a quad), area (0 for a sphere), chance of being chosen, primitive id (bits), 1 if two-sided.
-    place: Vec<[f32; 8]>,
+    place: Table,
     /// Radiance (3), unit normal of a quad (3), 1 ÷ chance of being chosen.
-    radiance: Vec<[f32; 8]>,
+    radiance: Table,
     /// Edges of a quad (3, 3).
-    edges: Vec<[f32; 8]>,
+    edges: Table,
     /// The rows of the only light, in all lanes: nothing to gather.
     only: Option<LightX8>,
     /// Walker's alias table over the ids: threshold, alias (bits).
-    alias: Vec<[f32; 8]>,
+    alias: Table,
     has_spheres: bool,
     has_quads: bool,
     /// The sky's chance of being chosen.
@@ -60,66 +61,52 @@ pub struct LightSampleX8 {
 impl Lights {
     /// From light sources and their primitive ids, the sky, and the radius of a sphere around the scene.
     pub fn new(lights: &[(description::Light, u32)], sky: Option<&Sky>, scene_radius: f32) -> Self {
-        let mut all = Self::default();
-        let mut powers = Vec::new();
-        for (light, primitive) in lights {
-            let rgb = light.radiance;
-            let sides = if light.two_sided { 2.0 } else { 1.0 };
-            let (position, radius, area, normal, u, v) = match light.shape {
-                Shape::Sphere { center, radius } => {
-                    all.has_spheres = true;
-                    (
-                        center,
-                        radius,
-                        0.0,
-                        glam::Vec3::ZERO,
-                        glam::Vec3::ZERO,
-                        glam::Vec3::ZERO,
-                    )
-                }
-                Shape::Quad { corner, u, v } => {
-                    all.has_quads = true;
-                    let n = u.as_dvec3().cross(v.as_dvec3());
-                    (
-                        corner,
-                        0.0,
-                        n.length() as f32,
-                        n.normalize().as_vec3(),
-                        u,
-                        v,
-                    )
-                }
-            };
-            let surface = area + 4.0 * PI * radius * radius;
-            powers.push(f64::from(rgb.luminance()) * f64::from(surface * sides * PI));
-            let side = if light.two_sided { 1.0 } else { 0.0 };
-            let id = f32::from_bits(*primitive);
-            all.place.push([
-                position.x, position.y, position.z, radius, area, 0.0, id, side,
-            ]);
-            all.radiance
-                .push([rgb.r, rgb.g, rgb.b, normal.x, normal.y, normal.z, 0.0, 0.0]);
-            all.edges.push([u.x, u.y, u.z, v.x, v.y, v.z, 0.0, 0.0]);
-        }
+        let mut powers: Vec<f64> = lights.iter().map(|(light, _)| power(light)).collect();
         if let Some(sky) = sky {
             let disk = f64::from(PI * scene_radius * scene_radius);
             powers.push(f64::from(sky.integral_luminance()) * disk);
         }
         let total: f64 = powers.iter().sum();
+        let chances: Vec<f64> = powers
+            .iter()
+            .map(|power| if total > 0.0 { power / total } else { 0.0 })
+            .collect();
+
+        let mut all = Self::default();
+        let (mut place, mut radiance, mut edges) = (Vec::new(), Vec::new(), Vec::new());
+        for ((light, primitive), &chance) in lights.iter().zip(&chances) {
+            let (at, radius, area, normal, u, v) = match light.shape {
+                Shape::Sphere { center, radius } => {
+                    all.has_spheres = true;
+                    (center, radius, 0.0, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO)
+                }
+                Shape::Quad { corner, u, v } => {
+                    all.has_quads = true;
+                    let n = u.as_dvec3().cross(v.as_dvec3());
+                    let unit = n.normalize().as_vec3();
+                    (corner, 0.0, n.length() as f32, unit, u, v)
+                }
+            };
+            let (rgb, n) = (light.radiance, normal);
+            let side = if light.two_sided { 1.0 } else { 0.0 };
+            let id = f32::from_bits(*primitive);
+            let inverse = if chance > 0.0 {
+                (1.0 / chance) as f32
+            } else {
+                0.0
+            };
+            place.push([at.x, at.y, at.z, radius, area, chance as f32, id, side]);
+            radiance.push([rgb.r, rgb.g, rgb.b, n.x, n.y, n.z, inverse, 0.0]);
+            edges.push([u.x, u.y, u.z, v.x, v.y, v.z, 0.0, 0.0]);
+        }
+        all.place = Table::new(place);
+        all.radiance = Table::new(radiance);
+        all.edges = Table::new(edges);
+        if sky.is_some() {
+            all.sky_chance = chances[lights.len()] as f32;
+        }
         if total > 0.0 {
-            let chances: Vec<f64> = powers.iter().map(|power| power / total).collect();
-            for (id, chance) in chances[..lights.len()].iter().enumerate() {
-                all.place[id][5] = *chance as f32;
-                all.radiance[id][6] = if *chance > 0.0 {
-                    (1.0 / chance) as f32
-                } else {
-                    0.0
-                };
-            }
-            if sky.is_some() {
-                all.sky_chance = chances[lights.len()] as f32;
-            }
-            all.alias = alias_table(&chances);
+            all.alias = Table::new(alias_table(&chances));
             if chances.len() == 1 && sky.is_none() {
                 all.only = Some(all.gather(u32x8::ZERO));
             }
@@ -130,10 +117,10 @@ impl Lights {
     /// The lights of these ids.
     #[inline]
     fn gather(&self, id: u32x8) -> LightX8 {
-        let [px, py, pz, radius, area, chance, primitive, two_sided] = gather_rows(&self.place, id);
-        let [r, g, b, nx, ny, nz, inverse_chance, _] = gather_rows(&self.radiance, id);
+        let [px, py, pz, radius, area, chance, primitive, two_sided] = self.place.gather(id);
+        let [r, g, b, nx, ny, nz, inverse_chance, _] = self.radiance.gather(id);
         let [ux, uy, uz, vx, vy, vz, ..] = if self.has_quads {
-            gather_rows(&self.edges, id)
+            self.edges.gather(id)
         } else {
             [f32x8::ZERO; 8]
         };
@@ -154,7 +141,7 @@ impl Lights {
 
     /// Whether no light can be chosen: next-event estimation finds nothing.
     pub fn is_dark(&self) -> bool {
-        self.alias.is_empty()
+        self.alias.rows().is_empty()
     }
 
     /// A light chosen by power, and a point of it, as seen from `from`.
@@ -198,7 +185,7 @@ impl Lights {
         }
         sample.inverse_pdf *= light.inverse_chance;
         if let Some(sky) = sky.filter(|_| self.sky_chance > 0.0) {
-            let is_sky = f32x8::from_bits(id.simd_eq(u32x8::splat(self.place.len() as u32)));
+            let is_sky = f32x8::from_bits(id.simd_eq(u32x8::splat(self.place.rows().len() as u32)));
             if is_sky.any() {
                 let s = sky.sample(point);
                 let inverse_pdf = f32x8::ONE / (s.pdf * self.sky_chance);
@@ -248,12 +235,12 @@ impl Lights {
     /// A light by power, from one number: the alias method (Walker 1977; table by Vose 1991).
     #[inline]
     fn choose(&self, u: f32x8) -> u32x8 {
-        let count = f32x8::splat(self.alias.len() as f32);
+        let count = f32x8::splat(self.alias.rows().len() as f32);
         let scaled = u * count;
         let column = scaled.floor().fast_min(count - f32x8::ONE);
         // 1.5·2^23 leaves an integer below 2^22 in the low mantissa bits.
         let column_id = (column + f32x8::splat(12_582_912.0)).to_bits() & u32x8::splat(0x3f_ffff);
-        let [threshold, alias, ..] = gather_rows(&self.alias, column_id);
+        let [threshold, alias, ..] = self.alias.gather(column_id);
         let keep = (scaled - column).simd_lt(threshold);
         keep.select(column_id, alias.to_bits())
     }
@@ -332,8 +319,18 @@ fn sphere_cone(sin2: f32x8) -> (f32x8, f32x8) {
     (outside.select(spread, f32x8::splat(2.0)), outside)
 }
 
+/// Emitted power by luminance, W.
+fn power(light: &description::Light) -> f64 {
+    let area = match light.shape {
+        Shape::Sphere { radius, .. } => 4.0 * f64::from(PI) * f64::from(radius).powi(2),
+        Shape::Quad { u, v, .. } => u.as_dvec3().cross(v.as_dvec3()).length(),
+    };
+    let sides = if light.two_sided { 2.0 } else { 1.0 };
+    f64::from(light.radiance.luminance()) * area * sides * f64::from(PI)
+}
+
 /// Vose's construction: each column keeps its id below the threshold and takes the alias above it.
-fn alias_table(chances: &[f64]) -> Vec<[f32; 8]> {
+fn alias_table(chances: &[f64]) -> Vec<Row> {
     let count = chances.len();
     let mut scaled: Vec<f64> = chances.iter().map(|p| p * count as f64).collect();
     let (mut small, mut large): (Vec<usize>, Vec<usize>) =

@@ -8,8 +8,8 @@ pub mod environment;
 pub mod light;
 pub mod toml;
 
-use crate::lanes::{Rgb, Vec3x8, f32x8, gather_rows, u32x8};
-use crate::material::{self, Kind};
+use crate::lanes::{Rgb, Table, Vec3x8, f32x8, u32x8};
+use crate::material::Kind;
 use crate::shape::{Quad, Room, Shapes, Sphere};
 use description::{Description, Shape};
 use environment::Sky;
@@ -31,7 +31,7 @@ pub struct Scene {
     /// The shapes that emit.
     pub emitters: Shapes,
     /// Parameters of the materials.
-    pub materials: Vec<material::Row>,
+    pub materials: Table,
     /// The material kinds that occur, ascending.
     pub kinds: Vec<Kind>,
     /// The light sources.
@@ -41,7 +41,7 @@ pub struct Scene {
     /// Reflectance of each material, for the albedo layer.
     albedos: Vec<Rgb>,
     /// A primitive: centre of a sphere or normal of a quad (3), 1 / radius or 0, material, light, kind (bits).
-    surfaces: Vec<[f32; 8]>,
+    surfaces: Table,
 }
 
 /// What a ray met: the primitive at each lane's hit point.
@@ -80,19 +80,19 @@ impl Scene {
             room: None,
             blockers: Shapes::default(),
             emitters: Shapes::default(),
-            materials: Vec::new(),
+            materials: Table::default(),
             kinds: Vec::new(),
             lights: Lights::default(),
             sky,
             albedos: Vec::new(),
-            surfaces: Vec::new(),
+            surfaces: Table::default(),
         };
         let hull: Vec<bool> = shapes
             .iter()
             .map(|&shape| is_hull(shape, &shapes))
             .collect();
         scene.room = enclosing_room(&shapes, &hull);
-        let mut lights = Vec::new();
+        let (mut lights, mut surfaces) = (Vec::new(), Vec::new());
         for (id, (shape, material, light)) in primitives.into_iter().enumerate() {
             let primitive = id as u32;
             add(&mut scene.shapes, shape, primitive);
@@ -112,7 +112,7 @@ impl Scene {
                 Shape::Sphere { center, radius } => (center, 1.0 / radius),
                 Shape::Quad { u, v, .. } => (normal(u, v).as_vec3(), 0.0),
             };
-            scene.surfaces.push([
+            surfaces.push([
                 at.x,
                 at.y,
                 at.z,
@@ -123,13 +123,14 @@ impl Scene {
                 0.0,
             ]);
         }
+        scene.surfaces = Table::new(surfaces);
         scene.kinds.sort();
         scene.kinds.dedup();
-        scene.materials = description
+        let rows = description
             .materials
             .iter()
-            .map(|named| named.material.row())
-            .collect();
+            .map(|named| named.material.row());
+        scene.materials = Table::new(rows.collect());
         scene.albedos = description
             .materials
             .iter()
@@ -169,8 +170,7 @@ impl Scene {
     /// The surface of a primitive at a point of it.
     #[inline]
     pub fn surface(&self, primitive: u32x8, point: Vec3x8) -> SurfaceX8 {
-        let [x, y, z, inverse_radius, material, light, kind, _] =
-            gather_rows(&self.surfaces, primitive);
+        let [x, y, z, inverse_radius, material, light, kind, _] = self.surfaces.gather(primitive);
         let at = Vec3x8::new(x, y, z);
         let is_quad = inverse_radius.simd_eq(f32x8::ZERO);
         // Renormalised: a hit is off the sphere by rounding, a normal that is not unit makes the next direction longer and the

@@ -5,14 +5,14 @@ mod common;
 mod specular;
 
 use common::*;
-use ondine::lanes::{Rgb, Vec3x8, WIDTH, f32x8, u32x8};
+use ondine::lanes::{Rgb, Table, Vec3x8, WIDTH, f32x8, u32x8};
 use ondine::material::{Bsdf, Conductor, EvalX8, Lambert, Material, Phong};
 use ondine::sampling::warp;
 use std::f64::consts::PI;
 
 fn load<B: Bsdf>(material: Material) -> B {
     assert_eq!(material.kind(), B::KIND);
-    B::load(&[material.row()], u32x8::ZERO)
+    B::load(&Table::new(vec![material.row()]), u32x8::ZERO)
 }
 
 fn lambert(albedo: f32) -> Lambert {
