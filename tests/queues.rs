@@ -170,7 +170,7 @@ fn gathered_rows_are_the_rows_in_tables_of_every_size() {
         assert_eq!(table.rows(), rows);
         for _ in 0..1000 {
             let ids: [u32; 8] =
-                std::array::from_fn(|_| (random.one() * size as f64) as u32 % size as u32);
+                std::array::from_fn(|_| (random.one() * size as f32) as u32 % size as u32);
             for (field, values) in table.gather(u32x8::new(ids)).iter().enumerate() {
                 for (lane, id) in ids.into_iter().enumerate() {
                     assert_eq!(values.as_array()[lane], rows[id as usize][field]);

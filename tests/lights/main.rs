@@ -6,7 +6,7 @@ mod common;
 
 use common::*;
 use glam::Vec3;
-use ondine::lanes::{Rgb, Vec3x8, WIDTH, f32x8, u32x8};
+use ondine::lanes::{Rgb, Vec3x8, WIDTH, u32x8};
 use ondine::scene::description::{Environment, Light, Shape};
 use ondine::scene::environment::Sky;
 use ondine::scene::light::{LightSampleX8, Lights};
