@@ -1,5 +1,8 @@
 //! Samplers: lane by lane equal to their oracles, and as uniform as they promise.
 
+mod common;
+
+use common::chi_square;
 use ondine::lanes::{WIDTH, u32x8};
 use ondine::sampling::{Dimension, Sampler, hash, pcg, sobol};
 use rand_pcg::Pcg32;
@@ -100,5 +103,61 @@ fn every_aligned_power_of_two_of_sobol_samples_is_a_net() {
                 }
             }
         }
+    }
+}
+
+/// Counts of a pair over a grid of 32 x 32 cells, for 64 samples of many pixels.
+fn counts(sampler: &Sampler, dimension: Dimension, bounce: u32) -> Vec<u64> {
+    let mut counts = vec![0; 32 * 32];
+    for pixel in 0..8192 {
+        for first in (0..64).step_by(WIDTH) {
+            let path = sampler.path_key(u32x8::splat(pixel * 37), lanes(|i| first + i));
+            let (x, y) = sampler.pair(path, dimension, bounce);
+            for (x, y) in x.to_array().into_iter().zip(y.to_array()) {
+                counts[(y * 32.0) as usize * 32 + (x * 32.0) as usize] += 1;
+            }
+        }
+    }
+    counts
+}
+
+#[test]
+fn independent_pairs_are_uniform_at_every_bounce() {
+    let expected = vec![8192.0 * 64.0 / 1024.0; 1024];
+    for (name, sampler, bounces) in [
+        ("pcg", Sampler::pcg(5, 64), [0, 1, 7, 63]),
+        ("sobol", Sampler::sobol(5, 64), [4, 5, 7, 63]),
+    ] {
+        for bounce in bounces {
+            for dimension in [Dimension::LightPoint, Dimension::BsdfDirection] {
+                let p = chi_square(&counts(&sampler, dimension, bounce), &expected);
+                // Sixteen tests: one in 600 runs of another seed would fail.
+                assert!(p > 1e-4, "{name} {dimension:?} {bounce}: p = {p}");
+            }
+        }
+    }
+}
+
+#[test]
+fn two_decisions_share_nothing() {
+    // One number of each of two pairs, on a grid: independent if the joint counts are uniform.
+    let expected = vec![8192.0 * 64.0 / 1024.0; 1024];
+    for (name, sampler, bounce) in [
+        ("pcg", Sampler::pcg(6, 8), 1),
+        ("sobol", Sampler::sobol(6, 8), 1),
+        ("sobol, hashed", Sampler::sobol(6, 8), 6),
+    ] {
+        let mut counts = vec![0; 1024];
+        // One sample of each pixel: the samples of a pixel are stratified, and not independent.
+        for pixel in 0..8192 * 8 {
+            let path = sampler.path_key(lanes(|i| pixel * 8 + i), u32x8::splat(pixel % 64));
+            let (x, _) = sampler.pair(path, Dimension::LightPoint, bounce);
+            let (y, _) = sampler.pair(path, Dimension::BsdfDirection, bounce);
+            for (x, y) in x.to_array().into_iter().zip(y.to_array()) {
+                counts[(y * 32.0) as usize * 32 + (x * 32.0) as usize] += 1;
+            }
+        }
+        let p = chi_square(&counts, &expected);
+        assert!(p > 1e-3, "{name}: p = {p}");
     }
 }
