@@ -50,14 +50,10 @@ impl Shapes {
         let mut nearest = f32x8::splat(f32::INFINITY);
         let mut nearest_id = u32x8::splat(NO_PRIMITIVE);
         for (quad, id) in &self.quads {
-            let (hit, t) = quad.intersect(origin, direction, nearest);
-            nearest = hit.select(t, nearest);
-            nearest_id = hit.select(*id, nearest_id);
+            (nearest, nearest_id) = nearer(quad.hit(origin, direction), *id, nearest, nearest_id);
         }
         for (sphere, id) in &self.spheres {
-            let (hit, t) = sphere.intersect(origin, direction, nearest);
-            nearest = hit.select(t, nearest);
-            nearest_id = hit.select(*id, nearest_id);
+            (nearest, nearest_id) = nearer(sphere.hit(origin, direction), *id, nearest, nearest_id);
         }
         (nearest, nearest_id)
     }
@@ -73,13 +69,33 @@ impl Shapes {
     ) -> f32x8 {
         let mut occluded = f32x8::ZERO;
         for (sphere, id) in &self.spheres {
-            let (hit, _) = sphere.intersect(origin, direction, t_max);
-            occluded |= hit & f32x8::from_bits(target.simd_ne(*id));
+            occluded |= before(sphere.hit(origin, direction), *id, t_max, target);
         }
         for (quad, id) in &self.quads {
-            let (hit, _) = quad.intersect(origin, direction, t_max);
-            occluded |= hit & f32x8::from_bits(target.simd_ne(*id));
+            occluded |= before(quad.hit(origin, direction), *id, t_max, target);
         }
         occluded
     }
+}
+
+/// Distances of hits as bit patterns, compared as whole numbers: those of positive floats are in their order, and negative
+/// distances, NaN and the pattern of all ones, which says "none", are greater than +∞. One minimum does what takes three
+/// comparisons of floats.
+type Distances = u32x8;
+
+/// The nearer of two hits; the earlier one where they are equal.
+#[inline]
+fn nearer(hit: Distances, id: u32x8, nearest: f32x8, nearest_id: u32x8) -> (f32x8, u32x8) {
+    let old = nearest.to_bits();
+    let new = hit.min(old);
+    let same = f32x8::from_bits(new.simd_eq(old));
+    (f32x8::from_bits(new), same.select(nearest_id, id))
+}
+
+/// Mask of the hits nearer than `t_max` on anything but the target.
+#[inline]
+fn before(hit: Distances, id: u32x8, t_max: f32x8, target: u32x8) -> f32x8 {
+    let limit = t_max.to_bits();
+    let beyond = hit.min(limit).simd_eq(limit) | target.simd_eq(id);
+    !f32x8::from_bits(beyond)
 }

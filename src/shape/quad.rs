@@ -1,5 +1,6 @@
 //! Parallelograms.
 
+use super::Distances;
 use crate::lanes::{Vec3x8, f32x8};
 use glam::{DVec3, Vec3};
 
@@ -40,16 +41,16 @@ impl Quad {
         }
     }
 
-    /// Which rays meet it at `0 < t < t_max`, from either side, and `t`.
+    /// Distance at which each ray meets it, from either side, as bits (see [`Distances`]).
     #[inline]
-    pub fn intersect(&self, origin: Vec3x8, direction: Vec3x8, t_max: f32x8) -> (f32x8, f32x8) {
+    pub(super) fn hit(&self, origin: Vec3x8, direction: Vec3x8) -> Distances {
         let height = self.normal.x.mul_neg_add(
             origin.x,
             self.normal
                 .y
                 .mul_neg_add(origin.y, self.normal.z.mul_neg_add(origin.z, self.distance)),
         );
-        // A ray in the plane gives ±∞ or NaN, which no comparison below lets pass.
+        // A ray in the plane gives ±∞ or NaN, which is not inside below.
         let t = height / self.normal.dot(direction);
         let p = direction.mul_add(t, origin);
         let along = |axis: &Vec3x8, offset: f32x8| {
@@ -58,8 +59,9 @@ impl Quad {
         };
         let a = along(&self.side, self.side_offset).abs();
         let b = along(&self.other, self.other_offset).abs();
-        // NaN in `a` must not be hidden by the maximum: x86 gives the second operand, and `a` is NaN only if `b` is.
+        // Outside or NaN sets all bits: no hit. A NaN in `a` is not hidden by the maximum: `a` is NaN only if `b` is, and x86
+        // gives the second operand.
         let inside = a.fast_max(b).simd_le(f32x8::splat(OVERLAP));
-        (inside & t.simd_gt(f32x8::ZERO) & t.simd_lt(t_max), t)
+        (t | !inside).to_bits()
     }
 }

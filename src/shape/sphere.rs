@@ -1,5 +1,6 @@
 //! Spheres.
 
+use super::Distances;
 use crate::lanes::{Vec3x8, f32x8};
 use glam::Vec3;
 
@@ -19,12 +20,12 @@ impl Sphere {
         }
     }
 
-    /// Which rays meet it at `0 < t < t_max`, and the least such `t`. `direction` is unit.
+    /// Distance at which each ray meets it, as bits (see [`Distances`]). `direction` is unit.
     ///
     /// The discriminant comes from the point of the ray nearest to the centre, which keeps its bits when the sphere is
     /// small or far (Haines et al. 2019, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, ch. 7).
     #[inline]
-    pub fn intersect(&self, origin: Vec3x8, direction: Vec3x8, t_max: f32x8) -> (f32x8, f32x8) {
+    pub(super) fn hit(&self, origin: Vec3x8, direction: Vec3x8) -> Distances {
         let to_center = self.center - origin;
         let middle = to_center.dot(direction);
         let x = direction.x.mul_neg_add(middle, to_center.x);
@@ -32,10 +33,8 @@ impl Sphere {
         let z = direction.z.mul_neg_add(middle, to_center.z);
         let discriminant =
             x.mul_neg_add(x, y.mul_neg_add(y, z.mul_neg_add(z, self.radius_squared)));
-        // Negative gives NaN, and every comparison with NaN is false.
+        // Negative gives NaN: no hit. From inside the near root is negative, and the far one is the lesser pattern.
         let half = discriminant.sqrt();
-        let (near, far) = (middle - half, middle + half);
-        let t = near.simd_gt(f32x8::ZERO).select(near, far);
-        (t.simd_gt(f32x8::ZERO) & t.simd_lt(t_max), t)
+        (middle - half).to_bits().min((middle + half).to_bits())
     }
 }
