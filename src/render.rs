@@ -178,7 +178,7 @@ pub fn render(
     let ctx = Context {
         scene: &scene,
         camera: &camera,
-        camera_inside: camera
+        enclosed: camera
             .origins()
             .iter()
             .all(|&origin| scene.encloses(origin)),

@@ -75,6 +75,17 @@ impl Kind {
         Kind::Phong,
         Kind::Conductor,
     ];
+
+    /// [`Bsdf::TRANSMISSIVE`] of its BSDF.
+    pub fn transmits(self) -> bool {
+        match self {
+            Kind::Lambert => Lambert::TRANSMISSIVE,
+            Kind::Mirror => Mirror::TRANSMISSIVE,
+            Kind::Glass => Glass::TRANSMISSIVE,
+            Kind::Phong => Phong::TRANSMISSIVE,
+            Kind::Conductor => Conductor::TRANSMISSIVE,
+        }
+    }
 }
 
 impl Material {
