@@ -177,43 +177,43 @@ fn every_setting_that_is_to_change_the_image_does() {
 const GOLDEN: &[(&str, &str)] = &[
     (
         "cornell",
-        "1968bf985b48e8f8c8f86a1fdb6a1501fb432312e5a7af5eda727f29c8f39e6a",
+        "b706786f276ff125edceca2a58cb236d076e39a2669994e9488b7537020655a7",
     ),
     (
         "mirror",
-        "e1ef9f5d3453bebc0580c824c8683c648362f7548d15aa3b50ed17e42b0c1611",
+        "114ec09798d49e707f3d6348aab4461f06a19715f28339984d06ac04bc7429a0",
     ),
     (
         "glass",
-        "de324552e7eedf75cddec89a0b2594f4373bbe25a8be728e36612fae94c32495",
+        "fb07dacb434811de45a80103f824ec5bdff020ccfe34194883433fa34705723b",
     ),
     (
         "glossy",
-        "7f9cb4e3b8c8a88a724ee54aef84de24008794cc67f8deb534dce05d113d3d26",
+        "2f778949ec5dabbc03ad51a144cb7f75d8925d609488737accaf75d8eb45113e",
     ),
     (
         "phong",
-        "7bfe9ec2d627bbf0a38f0bf2a59f0a9b644f7d725ff4ce7f921d1d42d5cf1b56",
+        "79da261f7fb5e4608bba298638b13125161278b63721581415e86c3ad45f6cbe",
     ),
     (
         "blur",
-        "1d5fb96e573de7f5d69f575e77d9e3dfe00290b83451a2769d97ffb164b8315f",
+        "ea496aaf6d255a8e5f6d3e8e06578658138e541916a82dcea2dfdeeef9e87b56",
     ),
     (
         "materials",
-        "983e9c765586bfbc6c8364baf39d95f1675c4a6dfdc6c8f172dfeb2f86e330bd",
+        "83b03a617c8ed77d0e274bde5dacf158ac486e4ad6ba14f3dfc71d43402d6e00",
     ),
     (
         "many-lights",
-        "e9b35b65feb417b5c11875a3292978b7e98b4b727ee4dae815c41af16722965a",
+        "5898cb01e1df5bd9d709708df7c2cbbbf2aaaa03f347b6d8f9e0df19b3b59a7d",
     ),
     (
         "sky",
-        "b32cc3ae7ddab2b3782421294c7274c73f86ee21da0c5c3d3731e5ec51f52d9f",
+        "4deb5307a04c673c1843a9991a7e22962009174dd6a089c085a30c38baea70cf",
     ),
     (
         "furnace",
-        "8b8710e8658c6f30bad9768a7dc305ca96100926dce6eed987e5a75b5e1140cd",
+        "61bbee264da4078c87414db635397e324d61030f889c812eadcf1a2f27c7a414",
     ),
 ];
 
