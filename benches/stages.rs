@@ -60,7 +60,7 @@ fn first_edge(setup: &Setup) -> Workspace {
     let mut ws = Workspace::new(wave.paths(), &setup.scene.kinds, false);
     ws.start(wave.paths());
     generate::camera_rays(&ctx, &wave, &mut ws.rays);
-    closest(&ctx, ctx.camera_inside, &mut ws);
+    closest(&ctx, ctx.enclosed, &mut ws);
     ws
 }
 
@@ -103,7 +103,7 @@ fn intersect(criterion: &mut Criterion) {
 
     let mut ws = first_edge(&setup);
     bench(&mut group, "closest/camera", ws.rays.len(), || {
-        closest(&ctx, ctx.camera_inside, black_box(&mut ws));
+        closest(&ctx, ctx.enclosed, black_box(&mut ws));
     });
     let mut ws = second_edge(&setup);
     bench(&mut group, "closest/bounce", ws.rays.len(), || {

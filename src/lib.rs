@@ -74,6 +74,7 @@
 //! # What makes it quick
 //!
 //! - Six quads that close a box around the rest become a [`shape::Room`]: three slabs, three quotients, no edges to test.
+//!   Only where no path leaves it: the camera is inside, and no wall transmits.
 //! - A quad with the whole scene on one side ("hull") stands between no two points of it: shadow rays that end in the
 //!   scene skip it.
 //! - On its last edge a path can but find light: the nearest light is looked for, and then whether anything is between.

@@ -5,7 +5,7 @@ use crate::film::{AovSet, BLOCK, Film, MAX_SAMPLES, Region};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
-use crate::scene::description::{Description, SamplerKind, Strategy};
+use crate::scene::description::{Description, MAX_EDGES, MAX_SIDE, SamplerKind, Strategy};
 use crate::stats::Stats;
 use crate::wavefront::{self, Context, Stage, Tally, Wave, Workspace};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -88,18 +88,18 @@ impl Settings {
             }
             wrong(format!("{what} is {value}; it can be {low} to {high}"))
         };
-        within("the width", self.width, 1, 65_535)?;
-        within("the height", self.height, 1, 65_535)?;
+        within("the width", self.width, 1, MAX_SIDE)?;
+        within("the height", self.height, 1, MAX_SIDE)?;
         within(
             "the number of samples per pixel (spp)",
             self.spp,
             1,
             MAX_SAMPLES,
         )?;
-        within("the path length", self.path_length, 1, 10_000)?;
+        within("the path length", self.path_length, 1, MAX_EDGES)?;
         within("the wave size", self.wave, BLOCK, 1 << 20)?;
         if let Some(first) = self.roulette {
-            within("the first edge of Russian roulette", first, 1, 10_000)?;
+            within("the first edge of Russian roulette", first, 1, MAX_EDGES)?;
         }
         if let Some(threads) = self.threads {
             within(
@@ -178,7 +178,7 @@ pub fn render(
     let ctx = Context {
         scene: &scene,
         camera: &camera,
-        camera_inside: camera
+        enclosed: camera
             .origins()
             .iter()
             .all(|&origin| scene.encloses(origin)),

@@ -472,11 +472,12 @@ fn film_and_render_settings_have_ranges() {
     for (setting, column, word) in [
         ("spp = 0", 7, "from 1"),
         ("path_length = 0", 15, "from 1"),
-        ("path_length = 4294967296", 15, "to 4294967295"),
+        ("path_length = 10001", 15, "to 10000"),
+        ("spp = 134217729", 7, "to 134217728"),
         ("strategy = \"mix\"", 12, "did you mean \"mis\"?"),
         ("sampler = \"halton\"", 11, "Known: pcg, sobol"),
         ("seed = -1", 8, "from 0 to 18446744073709551615"),
-        ("roulette = 1", 12, "from 2"),
+        ("roulette = 0", 12, "from 1"),
         ("spp = true", 7, "true or false"),
     ] {
         let text = format!("[render]\n{setting}\n");

@@ -50,7 +50,7 @@ impl Setup {
         Context {
             scene: &self.scene,
             camera: &self.camera,
-            camera_inside: self
+            enclosed: self
                 .camera
                 .origins()
                 .iter()

@@ -189,11 +189,14 @@ impl Exact {
         let m = &self.metadata;
         line(text, "scene", format!("{}, camera {}", m.scene, m.camera));
         line(text, "scene hash", &m.scene_hash);
+        let roulette = m
+            .roulette
+            .map_or(String::new(), |edge| format!(", roulette from edge {edge}"));
         line(
             text,
             "settings",
             format!(
-                "{} spp, path length {}, {}, {}, seed {}",
+                "{} spp, path length {}, {}, {}, seed {}{roulette}",
                 m.spp, m.path_length, m.strategy, m.sampler, m.seed
             ),
         );

@@ -137,6 +137,7 @@ impl Report {
             path_length: self.path_length,
             strategy: self.strategy.clone(),
             sampler: self.sampler.clone(),
+            roulette: self.roulette,
             version: self.version.to_owned(),
             target_features: self.target_features.clone(),
             seconds: self.render_s,

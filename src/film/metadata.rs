@@ -27,6 +27,8 @@ pub struct Metadata {
     pub strategy: String,
     /// Source of random numbers.
     pub sampler: String,
+    /// First path edge after which Russian roulette may end a path; none without it, and then the file says nothing.
+    pub roulette: Option<u32>,
     /// Version of the program.
     pub version: String,
     /// The instruction sets it was compiled for.
@@ -77,6 +79,7 @@ impl Metadata {
             ("image_hash", text(&facts.image_hash)),
         ]
         .into_iter()
+        .chain(self.roulette.map(|edge| ("roulette", whole(edge.into()))))
         .map(|(key, value)| (name(key), value))
         .collect()
     }
@@ -94,6 +97,10 @@ impl Metadata {
             path_length: read.whole("path_length")?,
             strategy: read.text("strategy")?,
             sampler: read.text("sampler")?,
+            roulette: read
+                .has("roulette")
+                .then(|| read.whole("roulette"))
+                .transpose()?,
             version: read.text("version")?,
             target_features: read.text("target_features")?,
             seconds: read.seconds("seconds")?,
@@ -125,6 +132,10 @@ fn whole(value: u64) -> AttributeValue {
 struct Reader<'a>(&'a Attributes);
 
 impl Reader<'_> {
+    fn has(&self, key: &str) -> bool {
+        self.0.contains_key(&name(key))
+    }
+
     fn get<T>(&self, key: &str, read: impl Fn(&AttributeValue) -> Option<T>) -> Result<T, String> {
         let attribute = format!("ondine.{key}");
         match self.0.get(&name(key)) {

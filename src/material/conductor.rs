@@ -128,9 +128,4 @@ impl Bsdf for Conductor {
             pdf,
         }
     }
-
-    #[inline]
-    fn albedo(&self) -> Rgbx8 {
-        self.reflectance
-    }
 }

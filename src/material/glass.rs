@@ -122,9 +122,4 @@ impl Bsdf for Glass {
             pdf: f32x8::splat(f32::INFINITY),
         }
     }
-
-    #[inline]
-    fn albedo(&self) -> Rgbx8 {
-        Rgbx8::ONE
-    }
 }

@@ -49,9 +49,4 @@ impl Bsdf for Lambert {
             pdf: wi.z * FRAC_1_PI,
         }
     }
-
-    #[inline]
-    fn albedo(&self) -> Rgbx8 {
-        self.albedo
-    }
 }

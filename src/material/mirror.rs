@@ -54,9 +54,4 @@ impl Bsdf for Mirror {
             pdf: f32x8::splat(f32::INFINITY),
         }
     }
-
-    #[inline]
-    fn albedo(&self) -> Rgbx8 {
-        self.reflectance
-    }
 }

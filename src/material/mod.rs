@@ -75,6 +75,17 @@ impl Kind {
         Kind::Phong,
         Kind::Conductor,
     ];
+
+    /// [`Bsdf::TRANSMISSIVE`] of its BSDF.
+    pub fn transmits(self) -> bool {
+        match self {
+            Kind::Lambert => Lambert::TRANSMISSIVE,
+            Kind::Mirror => Mirror::TRANSMISSIVE,
+            Kind::Glass => Glass::TRANSMISSIVE,
+            Kind::Phong => Phong::TRANSMISSIVE,
+            Kind::Conductor => Conductor::TRANSMISSIVE,
+        }
+    }
 }
 
 impl Material {
@@ -167,7 +178,4 @@ pub trait Bsdf: Copy {
 
     /// Draws `wi` by `direction` in [0, 1)², and by `lobe` in [0, 1) where there is more than one lobe.
     fn sample(&self, wo: Vec3x8, direction: (f32x8, f32x8), lobe: f32x8) -> SampleX8;
-
-    /// The colour of the albedo layer: the reflectance, or white where all light goes on.
-    fn albedo(&self) -> Rgbx8;
 }

@@ -103,9 +103,4 @@ impl Bsdf for Phong {
             pdf,
         }
     }
-
-    #[inline]
-    fn albedo(&self) -> Rgbx8 {
-        self.diffuse + self.specular
-    }
 }

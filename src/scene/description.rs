@@ -78,6 +78,12 @@ pub enum Filter {
     Gaussian,
 }
 
+/// The most pixels on a side of an image: coordinates have 16 bits.
+pub const MAX_SIDE: u32 = 65_535;
+
+/// The most edges of a path.
+pub const MAX_EDGES: u32 = 10_000;
+
 /// What a scene would like to be rendered with; the command line overrides it. `None` is the program's default.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RenderDefaults {

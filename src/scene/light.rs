@@ -66,11 +66,8 @@ impl Lights {
             let disk = f64::from(PI * scene_radius * scene_radius);
             powers.push(f64::from(sky.integral_luminance()) * disk);
         }
-        let total: f64 = powers.iter().sum();
-        let chances: Vec<f64> = powers
-            .iter()
-            .map(|power| if total > 0.0 { power / total } else { 0.0 })
-            .collect();
+        let chances = chances(&powers);
+        let total: f64 = chances.iter().sum();
 
         let mut all = Self::default();
         let (mut place, mut radiance, mut edges) = (Vec::new(), Vec::new(), Vec::new());
@@ -327,6 +324,23 @@ fn power(light: &description::Light) -> f64 {
     };
     let sides = if light.two_sided { 2.0 } else { 1.0 };
     f64::from(light.radiance.luminance()) * area * sides * f64::from(PI)
+}
+
+/// The least share of choices that a light with power gets, of what it would get were all alike. A choice has 23 bits:
+/// a rarer light would be chosen by the grain of the random numbers, and not as often as its weight says.
+const LEAST_SHARE: f64 = 1e-3;
+
+/// Chances in proportion to powers, but for [`LEAST_SHARE`]; all 0 where no light has power.
+fn chances(powers: &[f64]) -> Vec<f64> {
+    let total: f64 = powers.iter().sum();
+    let least = LEAST_SHARE * total / powers.len() as f64;
+    let raised = powers
+        .iter()
+        .map(|&power| if power > 0.0 { power.max(least) } else { 0.0 });
+    let total: f64 = raised.clone().sum();
+    raised
+        .map(|power| if total > 0.0 { power / total } else { 0.0 })
+        .collect()
 }
 
 /// Vose's construction: each column keeps its id below the threshold and takes the alias above it.

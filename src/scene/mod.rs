@@ -24,10 +24,12 @@ pub const NONE: u32 = u32::MAX;
 pub struct Scene {
     /// Everything that a ray can meet.
     pub shapes: Shapes,
-    /// The room that encloses everything, and what is in it.
+    /// The room that encloses everything, if nothing passes through its walls, and what is in it.
     pub room: Option<(Room, Shapes)>,
     /// What can stand between two points of the scene: all shapes but those that have the whole scene on one side.
     pub blockers: Shapes,
+    /// All other shapes: they can only stand between the scene and its sky.
+    pub hull: Shapes,
     /// The shapes that emit.
     pub emitters: Shapes,
     /// Parameters of the materials.
@@ -79,6 +81,7 @@ impl Scene {
             shapes: Shapes::default(),
             room: None,
             blockers: Shapes::default(),
+            hull: Shapes::default(),
             emitters: Shapes::default(),
             materials: Table::default(),
             kinds: Vec::new(),
@@ -91,16 +94,30 @@ impl Scene {
             .iter()
             .map(|&shape| is_hull(shape, &shapes))
             .collect();
-        scene.room = enclosing_room(&shapes, &hull);
+        let transmits = |material: usize| {
+            let kind = description.materials[material].material.kind();
+            kind.transmits()
+        };
+        let leaky = primitives
+            .iter()
+            .zip(&hull)
+            .any(|(primitive, &is_wall)| is_wall && primitive.1.is_some_and(transmits));
+        if !leaky {
+            scene.room = enclosing_room(&shapes, &hull);
+        }
         let (mut lights, mut surfaces) = (Vec::new(), Vec::new());
         for (id, (shape, material, light)) in primitives.into_iter().enumerate() {
             let primitive = id as u32;
             add(&mut scene.shapes, shape, primitive);
             // The only light casts no shadow on its own light, and there is no other.
             let only_light = light.is_some() && description.lights.len() == 1;
-            if !hull[id] && !only_light {
-                add(&mut scene.blockers, shape, primitive);
-            }
+            let blocks = !hull[id] && !only_light;
+            let part = if blocks {
+                &mut scene.blockers
+            } else {
+                &mut scene.hull
+            };
+            add(part, shape, primitive);
             if let Some(light) = light {
                 add(&mut scene.emitters, shape, primitive);
                 lights.push((description.lights[light], primitive));
@@ -141,7 +158,7 @@ impl Scene {
         scene
     }
 
-    /// The closest hit of rays that start in the scene, as [`Shapes::closest`].
+    /// The closest hit of rays that start where [`Scene::encloses`] them, as [`Shapes::closest`].
     #[inline]
     pub fn closest(&self, origin: Vec3x8, direction: Vec3x8) -> (f32x8, u32x8) {
         match &self.room {
@@ -152,7 +169,7 @@ impl Scene {
         }
     }
 
-    /// Whether rays from this point may be traced by [`Scene::closest`].
+    /// Whether rays from this point, and all that follow them, may be traced by [`Scene::closest`]: no path leaves a room.
     pub fn encloses(&self, point: Vec3) -> bool {
         self.room
             .as_ref()

@@ -5,18 +5,18 @@ use super::queues::{EncounterX8, GROUP, PathRayX8, ShadowRayX8, VertexX8};
 use crate::film::AovSample;
 use crate::lanes::{Queue, Vec3x8, f32x8, u32x8};
 use crate::scene::{NONE, Scene};
-use crate::shape::NO_PRIMITIVE;
+use crate::shape::{NO_PRIMITIVE, Shapes};
 
 /// Rounding error of a hit point, relative to the greatest coordinate and the distance travelled: 64 units in the last
 /// place, which covers the plane's and the sphere's (bounds of 5 and some 20 by the analysis of pbrt-v4, section 6.8).
 const POSITION_ERROR: f32 = 64.0 / 16_777_216.0;
 
-/// Sends each hit that scatters to its kind's queue, and each ray that found light to the encounters. `inside` says that
+/// Sends each hit that scatters to its kind's queue, and each ray that found light to the encounters. `enclosed` says that
 /// all rays start where [`Scene::encloses`] them.
 #[inline(never)]
 pub fn closest(
     scene: &Scene,
-    inside: bool,
+    enclosed: bool,
     rays: &Queue<PathRayX8>,
     vertices: &mut [Queue<VertexX8>],
     encounters: &mut Queue<EncounterX8>,
@@ -26,7 +26,7 @@ pub fn closest(
     for (live, rays) in rays.groups::<GROUP>() {
         let mut hits = [(f32x8::ZERO, u32x8::ZERO); GROUP];
         for (hit, ray) in hits.iter_mut().zip(rays) {
-            *hit = if inside {
+            *hit = if enclosed {
                 scene.closest(ray.origin, ray.direction)
             } else {
                 scene.shapes.closest(ray.origin, ray.direction)
@@ -114,14 +114,15 @@ fn meet(
 pub fn visible(scene: &Scene, shadow_rays: &Queue<ShadowRayX8>, visible: &mut Vec<u8>) {
     visible.clear();
     for (live, ray) in shadow_rays.batches() {
-        // A ray to the sky leaves the scene, and then the hull is between too.
+        let among =
+            |shapes: &Shapes| shapes.occluded(ray.origin, ray.direction, ray.distance, ray.target);
+        let mut occluded = among(&scene.blockers);
+        // A ray to the sky leaves the scene, and then the hull is between too. For that lane alone: what a lane meets must
+        // not depend on its neighbours, which are others in other waves.
         let leaves = live & ray.distance.simd_eq(f32x8::splat(f32::INFINITY));
-        let between = if leaves.any() {
-            &scene.shapes
-        } else {
-            &scene.blockers
-        };
-        let occluded = between.occluded(ray.origin, ray.direction, ray.distance, ray.target);
+        if leaves.any() {
+            occluded |= leaves & among(&scene.hull);
+        }
         visible.push((live & !occluded).to_bitmask() as u8);
     }
 }

@@ -25,8 +25,8 @@ pub struct Context<'a> {
     pub scene: &'a Scene,
     /// The camera.
     pub camera: &'a Camera,
-    /// Whether [`Scene::encloses`] every camera ray's origin.
-    pub camera_inside: bool,
+    /// Whether [`Scene::encloses`] every camera ray's origin, and so every path.
+    pub enclosed: bool,
     /// The random numbers.
     pub sampler: &'a Sampler,
     /// How light is looked for.
@@ -97,10 +97,9 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
         if last {
             intersect::lights(ctx.scene, &ws.rays, &mut ws.encounters);
         } else {
-            let inside = edge > 1 || ctx.camera_inside;
             intersect::closest(
                 ctx.scene,
-                inside,
+                ctx.enclosed,
                 &ws.rays,
                 &mut ws.vertices,
                 &mut ws.encounters,

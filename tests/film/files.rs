@@ -18,6 +18,7 @@ fn metadata() -> Metadata {
         path_length: u32::MAX,
         strategy: "mis".to_owned(),
         sampler: "sobol".to_owned(),
+        roulette: Some(3),
         version: "0.1.0".to_owned(),
         target_features: "avx2,fma".to_owned(),
         seconds: 12.345_678_901,

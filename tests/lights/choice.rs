@@ -60,6 +60,11 @@ fn lights_are_chosen_by_power_black_ones_never_and_the_pdf_counts_the_choice() {
         let sky_power = 4.0 * PI * radiance.unwrap_or(0.0) * PI * 4.0;
         let mut powers: Vec<f64> = lights.iter().map(power).collect();
         powers.push(sky_power);
+        let sources = count + usize::from(radiance.is_some());
+        let least = 1e-3 * powers.iter().sum::<f64>() / sources as f64;
+        for power in powers.iter_mut().filter(|power| **power > 0.0) {
+            *power = power.max(least);
+        }
         let total: f64 = powers.iter().sum();
         let mut observed = vec![0u64; count + 1];
         let mut random = Random::new(seed + 1000);
@@ -91,7 +96,7 @@ fn lights_are_chosen_by_power_black_ones_never_and_the_pdf_counts_the_choice() {
                     assert_eq!(s.radiance.lane(i), eight.lane(i));
                 }
                 if id == count {
-                    let want = sky_power / total / (4.0 * PI);
+                    let want = powers[count] / total / (4.0 * PI);
                     assert_close(f64::from(s.pdf().as_array()[i]), want, 1e-5, 0.0, "sky pdf");
                     assert_eq!(s.distance.as_array()[i], f32::INFINITY);
                 }
@@ -109,6 +114,38 @@ fn lights_are_chosen_by_power_black_ones_never_and_the_pdf_counts_the_choice() {
             assert!(p > SIGNIFICANCE, "{count} lights: p = {p}");
         }
     }
+}
+
+#[test]
+fn the_dimmest_light_is_chosen_as_often_as_its_density_says() {
+    let mut lights = mix(2, 266);
+    lights[0].radiance = Rgb::splat(1e9);
+    lights[1].radiance = Rgb::splat(1e-9);
+    let world = World::new(&lights, None);
+    // Every choice that 23 bits can make.
+    let (mut chosen, mut inverse_pdf) = (0, 0.0);
+    for first in (0..1u32 << 23).step_by(WIDTH) {
+        let u = f32x8::new(std::array::from_fn(|i| {
+            (first + i as u32) as f32 / (1u32 << 23) as f32
+        }));
+        let half = f32x8::HALF;
+        let s = world.lights.sample(None, Vec3x8::ZERO, || u, (half, half));
+        for i in 0..WIDTH {
+            if s.primitive.as_array()[i] == FIRST_ID + 1 {
+                chosen += 1;
+                inverse_pdf = f64::from(s.inverse_pdf.as_array()[i]);
+            }
+        }
+    }
+    assert!(chosen > 0, "never");
+    let alone = World::new(&lights[1..], None);
+    let half = f32x8::HALF;
+    let s = alone
+        .lights
+        .sample(None, Vec3x8::ZERO, || half, (half, half));
+    let solid_angle = f64::from(s.inverse_pdf.as_array()[0]);
+    let mean = inverse_pdf * f64::from(chosen) / f64::from(1u32 << 23);
+    assert_close(mean, solid_angle, 1e-3, 0.0, "share × weight");
 }
 
 #[test]

@@ -8,9 +8,10 @@ mod reader;
 mod world;
 
 use super::description::{
-    Camera, Description, FilmDescription, Filter, NamedCamera, RenderDefaults,
+    Camera, Description, FilmDescription, Filter, MAX_EDGES, MAX_SIDE, NamedCamera, RenderDefaults,
 };
 use crate::error::{Error, Result};
+use crate::film::MAX_SAMPLES;
 use glam::Vec3;
 use reader::{Source, Table, Value};
 use sha2::{Digest, Sha256};
@@ -280,7 +281,7 @@ fn film(value: Value) -> Result<FilmDescription> {
     table.keys("[film]", &["width", "height", "filter"], &[])?;
     let pixels = |key, example| {
         let value = table.require("[film]", key, example)?;
-        Ok(value.integer(1, 65535)? as u32)
+        value.count(MAX_SIDE)
     };
     Ok(FilmDescription {
         width: pixels("width", "width = 256, in pixels")?,
@@ -306,10 +307,13 @@ fn render(value: Value) -> Result<RenderDefaults> {
         &[],
     )?;
     Ok(RenderDefaults {
-        spp: table.get("spp").map(|value| value.count(1)).transpose()?,
+        spp: table
+            .get("spp")
+            .map(|value| value.count(MAX_SAMPLES))
+            .transpose()?,
         path_length: table
             .get("path_length")
-            .map(|value| value.count(1))
+            .map(|value| value.count(MAX_EDGES))
             .transpose()?,
         strategy: table
             .get("strategy")
@@ -323,10 +327,9 @@ fn render(value: Value) -> Result<RenderDefaults> {
             .get("seed")
             .map(|value| value.integer(0, u64::MAX))
             .transpose()?,
-        // The first edge comes from the camera; a path without it is no sample.
         roulette: table
             .get("roulette")
-            .map(|value| value.count(2))
+            .map(|value| value.count(MAX_EDGES))
             .transpose()?,
     })
 }

@@ -250,10 +250,9 @@ impl<'a> Value<'a> {
             })
     }
 
-    /// A whole number in `min..=u32::MAX`.
-    pub fn count(&self, min: u32) -> Result<u32> {
-        let count = self.integer(u64::from(min), u64::from(u32::MAX))?;
-        Ok(u32::try_from(count).unwrap_or(u32::MAX))
+    /// A whole number in `1..=max`.
+    pub fn count(&self, max: u32) -> Result<u32> {
+        Ok(self.integer(1, u64::from(max))? as u32)
     }
 
     /// `true` or `false`.
