@@ -193,12 +193,12 @@ fn count(kinds: impl Iterator<Item = &'static str>) -> Counts {
     counts
 }
 
-/// `7: 5 quad, 2 sphere`.
+/// `7: 5 × quad, 2 × sphere`.
 fn counted(counts: &Counts) -> String {
     let total: usize = counts.values().sum();
     let each: Vec<_> = counts
         .iter()
-        .map(|(kind, count)| format!("{count} {kind}"))
+        .map(|(kind, count)| format!("{count} × {kind}"))
         .collect();
     match total {
         0 => "none".to_owned(),

@@ -45,6 +45,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
             "warning: time was up before every pixel had a sample; give more --time or a smaller --size",
         );
     }
+    if let Some(warning) = report.warning() {
+        super::say(warning);
+    }
     if args.json {
         super::print_json(&report)?;
     } else if !report.outputs.is_empty() {

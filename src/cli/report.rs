@@ -170,14 +170,14 @@ impl Report {
             (0, 0, x1, y1) if (x1, y1) == (self.width, self.height) => String::new(),
             _ => format!(" ({x0},{y0},{x1},{y1} of {}x{})", self.width, self.height),
         };
-        let mut text = format!(
-            "Wrote {}: {}x{} pixels{part}, {} samples per pixel\n\
+        format!(
+            "Wrote {}: {}x{} pixels{part}, {} per pixel\n\
              Traced {}paths and {}rays in {}: {}paths/s and {}rays/s on {} thread{}\n\
              Image hash {}\n",
             self.outputs.join(" and "),
             x1 - x0,
             y1 - y0,
-            self.samples_per_pixel(),
+            samples(&self.samples_per_pixel()),
             count(self.paths as f64),
             count(self.rays as f64),
             seconds(self.render_s),
@@ -186,15 +186,24 @@ impl Report {
             self.threads,
             if self.threads == 1 { "" } else { "s" },
             self.image_hash
-        );
-        if self.rejected_samples > 0 {
-            text += &format!(
-                "Kept out {} samples that were not finite or above 2^32\n",
-                self.rejected_samples
-            );
-        }
-        text
+        )
     }
+
+    /// That samples were kept out of the image, if any were.
+    pub fn warning(&self) -> Option<String> {
+        (self.rejected_samples > 0).then(|| {
+            format!(
+                "warning: {} of {} samples were not finite or not below 2^32, and are kept out of the image; \
+                 look for radiances or shapes of absurd size in the scene",
+                self.rejected_samples, self.paths
+            )
+        })
+    }
+}
+
+/// `1 sample`, `64 samples`, `48 to 64 samples`.
+pub(super) fn samples(count: &str) -> String {
+    format!("{count} sample{}", if count == "1" { "" } else { "s" })
 }
 
 fn layers(list: &str) -> Vec<String> {

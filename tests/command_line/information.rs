@@ -66,7 +66,7 @@ fn info_tells_what_a_scene_holds() {
     let text = ondine(&folder, "info cornell").stdout;
     for word in [
         "256x256",
-        "6 quad",
+        "6 × quad",
         "mis",
         json["scene_hash"].as_str().unwrap(),
     ] {

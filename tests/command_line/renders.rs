@@ -146,3 +146,18 @@ fn extra_layers_are_in_the_file() {
     );
     assert!(!info.contains("normal.X"), "{info}");
 }
+
+#[test]
+fn samples_that_cannot_be_added_are_told_and_kept_out() {
+    let folder = folder();
+    let scene = folder.path().join("bright.toml");
+    let text = "version = 1\n[camera]\nposition = [0, 0, 3]\nlook_at = [0, 0, 0]\nvertical_fov = 50\n\
+                [[lights]]\nsphere = { center = [0, 0, 0], radius = 0.5 }\nradiance = [1e30, 1.0, 1.0]\n";
+    std::fs::write(&scene, text).unwrap();
+    let run = ondine(&folder, "render bright.toml --size 16x16 --spp 1 --json");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let rejected = run.json()["rejected_samples"].as_u64().unwrap();
+    assert!(rejected > 0);
+    let told = format!("warning: {rejected} of 256 samples were not finite or not below 2^32");
+    assert!(run.stderr.contains(&told), "{}", run.stderr);
+}
