@@ -67,12 +67,14 @@ impl Shapes {
         t_max: f32x8,
         target: u32x8,
     ) -> f32x8 {
+        // Nothing is nearer than a limit that is not a number.
+        let limit = (t_max & t_max.simd_eq(t_max)).to_bits();
         let mut occluded = f32x8::ZERO;
         for (sphere, id) in &self.spheres {
-            occluded |= before(sphere.hit(origin, direction), *id, t_max, target);
+            occluded |= before(sphere.hit(origin, direction), *id, limit, target);
         }
         for (quad, id) in &self.quads {
-            occluded |= before(quad.hit(origin, direction), *id, t_max, target);
+            occluded |= before(quad.hit(origin, direction), *id, limit, target);
         }
         occluded
     }
@@ -92,10 +94,9 @@ fn nearer(hit: Distances, id: u32x8, nearest: f32x8, nearest_id: u32x8) -> (f32x
     (f32x8::from_bits(new), same.select(nearest_id, id))
 }
 
-/// Mask of the hits nearer than `t_max` on anything but the target.
+/// Mask of the hits nearer than the limit on anything but the target.
 #[inline]
-fn before(hit: Distances, id: u32x8, t_max: f32x8, target: u32x8) -> f32x8 {
-    let limit = t_max.to_bits();
+fn before(hit: Distances, id: u32x8, limit: Distances, target: u32x8) -> f32x8 {
     let beyond = hit.min(limit).simd_eq(limit) | target.simd_eq(id);
     !f32x8::from_bits(beyond)
 }
