@@ -96,10 +96,7 @@ impl Bsdf for Glass {
 
     #[inline]
     fn eval(&self, _wo: Vec3x8, _wi: Vec3x8) -> EvalX8 {
-        EvalX8 {
-            value: Rgbx8::ZERO,
-            pdf: f32x8::ZERO,
-        }
+        EvalX8::NONE
     }
 
     /// Reflects where `lobe` is below the Fresnel reflectance, so that the weight of a reflection is 1.

@@ -40,10 +40,7 @@ impl Bsdf for Mirror {
 
     #[inline]
     fn eval(&self, _wo: Vec3x8, _wi: Vec3x8) -> EvalX8 {
-        EvalX8 {
-            value: Rgbx8::ZERO,
-            pdf: f32x8::ZERO,
-        }
+        EvalX8::NONE
     }
 
     #[inline]

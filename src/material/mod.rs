@@ -146,6 +146,14 @@ pub struct EvalX8 {
     pub pdf: f32x8,
 }
 
+impl EvalX8 {
+    /// No light in any lane: what a discrete lobe has for any two directions that are given.
+    pub const NONE: Self = Self {
+        value: Rgbx8::ZERO,
+        pdf: f32x8::ZERO,
+    };
+}
+
 /// A direction drawn from a BSDF.
 #[derive(Clone, Copy, Debug)]
 pub struct SampleX8 {
