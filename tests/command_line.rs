@@ -1,5 +1,9 @@
 //! The program as its users meet it: what it prints, what it leaves behind, and what it exits with.
 
+#[cfg(target_os = "linux")]
+#[path = "common/small_disk.rs"]
+mod small_disk;
+
 mod command_line {
     mod information;
     mod interruption;

@@ -1,5 +1,9 @@
 //! The film adds exactly, its files are whole, and what they hold comes back.
 
+#[cfg(target_os = "linux")]
+#[path = "common/small_disk.rs"]
+mod small_disk;
+
 mod film {
     mod files;
     mod sums;

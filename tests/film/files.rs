@@ -240,36 +240,10 @@ fn an_error_half_way_leaves_the_old_file_and_nothing_else() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-/// A file system of 64 KiB, or `None` where this machine does not let a test mount one.
-#[cfg(target_os = "linux")]
-struct SmallDisk(tempfile::TempDir);
-
-#[cfg(target_os = "linux")]
-impl SmallDisk {
-    fn new() -> Option<Self> {
-        let folder = tempfile::tempdir().unwrap();
-        let mounted = std::process::Command::new("mount")
-            .args(["-t", "tmpfs", "-o", "size=64k", "tmpfs"])
-            .arg(folder.path())
-            .output()
-            .is_ok_and(|output| output.status.success());
-        mounted.then_some(Self(folder))
-    }
-}
-
-#[cfg(target_os = "linux")]
-impl Drop for SmallDisk {
-    fn drop(&mut self) {
-        let _ = std::process::Command::new("umount")
-            .arg(self.0.path())
-            .status();
-    }
-}
-
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_a_write_error_and_leaves_nothing() {
-    let Some(disk) = SmallDisk::new() else {
+    let Some(disk) = crate::small_disk::SmallDisk::new() else {
         eprintln!(
             "SKIPPED: a_full_disk_is_a_write_error_and_leaves_nothing: may not mount a tmpfs here"
         );
