@@ -48,16 +48,10 @@ fn powers_are_within_their_bound() {
             let x = random.eight();
             // Where x^y is between 1 and 1e-37, on a scale even in log x.
             let small = (x * (85.0 / exponent.max(1.0))).fast_min(f32x8::ONE) * random.eight();
-            let base = f32x8::ONE - small;
             let y = f32x8::splat(exponent);
-            let (direct, complement) = (pow01(base, y), pow_one_minus(small, y));
+            let complement = pow_one_minus(small, y);
             for i in 0..WIDTH {
                 let n = f64::from(exponent);
-                let want = f64::from(base.to_array()[i]).powf(n);
-                if want > 1e-37 {
-                    let got = f64::from(direct.to_array()[i]);
-                    assert_close(got, want, power_error(want), 0.0, "x^y");
-                }
                 let want = (n * (-f64::from(small.to_array()[i])).ln_1p()).exp();
                 if want > 1e-37 && small.to_array()[i] < 0.999_999 {
                     let got = f64::from(complement.to_array()[i]);
@@ -73,10 +67,8 @@ fn powers_of_zero_and_one_are_exact() {
     let x = f32x8::new([0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.5, 1e-30]);
     let y = f32x8::new([0.0, 3.0, 0.0, 1e4, 1e4, 1.0, 1e4, 1e4]);
     let want = [1.0, 0.0, 1.0, 1.0, 0.0, 1.0];
-    assert_eq!(pow01(x, y).to_array()[..6], want);
     assert_eq!(pow_one_minus(f32x8::ONE - x, y).to_array()[..6], want);
     for lane in 6..8 {
-        assert!(pow01(x, y).to_array()[lane] < 1e-37);
         assert!(pow_one_minus(f32x8::ONE - x, y).to_array()[lane] < 1e-37);
     }
     // Beyond the lobe: the cosine would be negative.

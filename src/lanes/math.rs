@@ -50,21 +50,10 @@ pub fn safe_sqrt(x: f32x8) -> f32x8 {
     x.fast_max(f32x8::ZERO).sqrt()
 }
 
-/// `x^y` for `x` in [0, 1] and `y` ≥ 0; 0 where `x` is 0 and `y` is not, 1 where `y` is 0.
-///
-/// The error is 2^-23 of `y · ln x`: relative 3e-5 where the result is 1e-38, 2e-6 where it is above 1e-6. Results below
-/// 1e-37 stop there. For `x` near 1 and great `y` the rounding of `x` itself weighs more: see [`pow_one_minus`].
-#[inline]
-pub fn pow01(x: f32x8, y: f32x8) -> f32x8 {
-    let log = x.fast_max(f32x8::splat(f32::MIN_POSITIVE)).ln();
-    let power = (log * y).fast_max(f32x8::splat(-87.0)).exp();
-    let zero = x.simd_le(f32x8::ZERO) & y.simd_gt(f32x8::ZERO);
-    zero.select(f32x8::ZERO, power)
-}
-
 /// `(1 − x)^y` for `x` ≥ 0 and `y` ≥ 0, without rounding `1 − x`; 0 where `x` ≥ 1 and `y` is not 0, 1 where `y` is 0.
 ///
-/// The error is that of [`pow01`].
+/// The error is 2^-23 of `y · ln(1 − x)`: relative 3e-5 where the result is 1e-38, 2e-6 where it is above 1e-6. Results below
+/// 1e-37 stop there.
 #[inline]
 pub fn pow_one_minus(x: f32x8, y: f32x8) -> f32x8 {
     let log = (-x.fast_min(f32x8::splat(1.0 - f32::EPSILON))).ln_1p();

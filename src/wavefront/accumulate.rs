@@ -69,11 +69,10 @@ fn carried(ctx: &Context, encounter: &EncounterX8) -> Rgbx8 {
             light_pdf = is_sky.select(pdf, light_pdf);
         }
     }
-    let discrete = encounter.pdf.simd_eq(f32x8::splat(f32::INFINITY));
     let weight = match ctx.strategy {
         Strategy::Uniform | Strategy::Cosine => f32x8::ONE,
         // Light sampling could not have found it from the camera or a specular vertex.
-        Strategy::Light => f32x8::ONE & discrete,
+        Strategy::Light => f32x8::ONE & encounter.pdf.simd_eq(f32x8::splat(f32::INFINITY)),
         // 0 for a discrete choice, whose density is +∞.
         Strategy::Mis => mis::power_heuristic(light_pdf / encounter.pdf),
     };
