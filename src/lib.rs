@@ -98,6 +98,7 @@
 //! - The inverse of a sphere's cone by the stable `s / (1 + sqrt(1 − s))`: a quotient that waits for a root. A short series
 //!   and the plain difference, each where it is exact, take its place.
 
+pub mod bvh;
 pub mod cli;
 pub mod error;
 pub mod film;

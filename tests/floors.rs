@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 /// Rooms and their floors. `record!` is exported at the root, from the lanes.
-const FLOORS: [(&str, u32); 14] = [
+const FLOORS: [(&str, u32); 15] = [
     ("lanes", 0),
     ("record", 0),
     ("error", 0),
     ("sampling", 1),
     ("shape", 2),
+    ("bvh", 2),
     ("material", 2),
     ("film", 2),
     ("scene", 3),

@@ -141,6 +141,7 @@ fn shape(shape: &Shape) -> &'static str {
     match shape {
         Shape::Sphere { .. } => "sphere",
         Shape::Quad { .. } => "quad",
+        Shape::Mesh { .. } => "mesh",
     }
 }
 
@@ -151,6 +152,7 @@ fn kind(material: &Material) -> &'static str {
         Material::Glass { .. } => "glass",
         Material::Phong { .. } => "phong",
         Material::Conductor { .. } => "conductor",
+        Material::Principled { .. } => "principled",
     }
 }
 

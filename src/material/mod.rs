@@ -48,6 +48,17 @@ pub enum Material {
         /// Fresnel reflectance at any angle.
         reflectance: Rgb,
     },
+    /// The metallic-roughness model of glTF 2.0 (appendix B): a diffuse base under a GGX coat, or a GGX metal. Two-sided.
+    Principled {
+        /// Albedo of the dielectric, reflectance of the metal.
+        base_color: Rgb,
+        /// 0 dielectric, 1 metal.
+        metallic: f32,
+        /// Perceptual, in [0, 1]; GGX alpha is its square.
+        roughness: f32,
+        /// Of the coat, at least 1; 1.5 is what glTF has unless it says otherwise.
+        ior: f32,
+    },
 }
 
 /// Which kernel shades a material: the index of its shading queue.
@@ -92,7 +103,7 @@ impl Material {
     /// Which kernel shades it.
     pub fn kind(&self) -> Kind {
         match self {
-            Material::Lambert { .. } => Kind::Lambert,
+            Material::Lambert { .. } | Material::Principled { .. } => Kind::Lambert,
             Material::Mirror { .. } => Kind::Mirror,
             Material::Glass { .. } => Kind::Glass,
             Material::Phong { .. } => Kind::Phong,
@@ -107,6 +118,7 @@ impl Material {
             Material::Mirror { reflectance } | Material::Conductor { reflectance, .. } => {
                 reflectance
             }
+            Material::Principled { base_color, .. } => base_color,
             Material::Glass { .. } => Rgb::WHITE,
             Material::Phong {
                 diffuse, specular, ..
@@ -121,7 +133,10 @@ impl Material {
     /// Its parameters as the kernels read them; the meaning of each field is the BSDF's own.
     pub fn row(&self) -> Row {
         match *self {
-            Material::Lambert { albedo } => Lambert::row(albedo),
+            Material::Lambert { albedo }
+            | Material::Principled {
+                base_color: albedo, ..
+            } => Lambert::row(albedo),
             Material::Mirror { reflectance } => Mirror::row(reflectance),
             Material::Glass { ior } => Glass::row(ior),
             Material::Phong {

@@ -2,6 +2,7 @@
 
 use super::description::Description;
 use super::toml::{self, names};
+use super::{gltf, pbrt};
 use crate::error::{Error, Result};
 use std::path::Path;
 
@@ -72,8 +73,8 @@ pub fn open(scene: &str) -> Result<Description> {
     let extension = path.extension().and_then(|extension| extension.to_str());
     match extension.map(str::to_lowercase).as_deref() {
         Some("toml") if path.exists() => return toml::load(path),
-        Some("gltf" | "glb") => return Err(not_supported(path, "glTF")),
-        Some("pbrt") => return Err(not_supported(path, "pbrt")),
+        Some("gltf" | "glb") if path.exists() => return gltf::load(path),
+        Some("pbrt") if path.exists() => return pbrt::load(path),
         _ => {}
     }
     if let Some(builtin) = find(scene) {
@@ -95,11 +96,4 @@ pub fn open(scene: &str) -> Result<Description> {
         "there is no file and no built-in scene {quoted}{} Built-in scenes: {list}",
         if hint.is_empty() { "." } else { &hint },
     )))
-}
-
-fn not_supported(path: &Path, format: &str) -> Error {
-    let message = format!(
-        "{format} scenes are not supported by this version; write the scene as .toml (`ondine scenes cornell` prints one to start from)"
-    );
-    Error::format(path, message)
 }

@@ -1,10 +1,12 @@
 //! A scene as its author wrote it: plain values, checked, before it is compiled into tables for the kernels.
 
+use super::mesh::Mesh;
 use super::toml::names;
 use crate::error::Error;
 use crate::lanes::Rgb;
 use crate::material::Material;
-use glam::Vec3;
+use glam::{Affine2, Affine3A, Vec3};
+use std::sync::Arc;
 
 /// A whole scene file.
 #[derive(Clone, Debug)]
@@ -25,8 +27,16 @@ pub struct Description {
     pub objects: Vec<Object>,
     /// What emits.
     pub lights: Vec<Light>,
+    /// Lights without a surface.
+    pub punctual: Vec<Punctual>,
     /// What surrounds everything.
     pub environment: Option<Environment>,
+    /// Triangle meshes, by index from [`Shape::Mesh`].
+    pub meshes: Vec<Arc<Mesh>>,
+    /// Textures, by index from [`Maps`] and [`Light`].
+    pub textures: Vec<Texture>,
+    /// What was left out or replaced while reading, a line each, with its place: told on stderr.
+    pub warnings: Vec<String>,
 }
 
 /// A camera and its name; `camera` where the file has but `[camera]`.
@@ -132,9 +142,84 @@ pub struct NamedMaterial {
     pub name: String,
     /// The material.
     pub material: Material,
+    /// What varies over the surface.
+    pub maps: Maps,
 }
 
-/// A shape. Meshes enter here.
+/// The textures of a material, by index into [`Description::textures`]; each multiplies what the material says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Maps {
+    /// Albedo, reflectance, diffuse or base colour.
+    pub color: Option<usize>,
+    /// Roughness (green) and metallic (blue), as glTF packs them.
+    pub metallic_roughness: Option<usize>,
+    /// Tangent-space normals, and the factor of their x and y.
+    pub normal: Option<(usize, f32)>,
+    /// Cut-out: the surface is there where alpha is at least the cut-off.
+    pub alpha: Option<Alpha>,
+}
+
+/// An alpha cut-out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alpha {
+    /// The texture whose alpha channel counts; 1 everywhere without it.
+    pub texture: Option<usize>,
+    /// Multiplies it.
+    pub factor: f32,
+    /// Least alpha of what is there.
+    pub cutoff: f32,
+}
+
+/// An image on a surface.
+#[derive(Clone, Debug)]
+pub struct Texture {
+    /// Its pixels.
+    pub image: Arc<Image>,
+    /// Outside [0, 1], by u and v.
+    pub wrap: [Wrap; 2],
+    /// Nearest texel instead of bilinear interpolation.
+    pub nearest: bool,
+    /// From the mesh's UV to those of the image, whose v = 0 is its top row.
+    pub transform: Affine2,
+}
+
+/// What a texture is outside the unit square.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// Repeats.
+    #[default]
+    Repeat,
+    /// Repeats, every other one mirrored.
+    Mirror,
+    /// The texel of the border goes on.
+    Clamp,
+}
+
+/// An image, row 0 on top.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// Where it came from, as errors and `info` name it.
+    pub file: String,
+    /// Pixels.
+    pub width: usize,
+    /// Pixels.
+    pub height: usize,
+    /// RGBA, row-major.
+    pub pixels: Pixels,
+}
+
+/// The pixels of an image.
+#[derive(Clone, Debug)]
+pub enum Pixels {
+    /// Eight bits, colour by the sRGB curve, alpha linear.
+    Srgb8(Vec<[u8; 4]>),
+    /// Eight bits, linear.
+    Linear8(Vec<[u8; 4]>),
+    /// Linear, finite, not negative.
+    Float(Vec<[f32; 4]>),
+}
+
+/// A shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A sphere; its normal points outwards.
@@ -152,6 +237,13 @@ pub enum Shape {
         u: Vec3,
         /// Second edge.
         v: Vec3,
+    },
+    /// A triangle mesh; its normals are those of its corners in counter-clockwise order.
+    Mesh {
+        /// Index into [`Description::meshes`].
+        mesh: usize,
+        /// From the mesh's space to the world; invertible.
+        transform: Affine3A,
     },
 }
 
@@ -175,6 +267,40 @@ pub struct Light {
     pub two_sided: bool,
     /// Index into the materials, where it also scatters.
     pub material: Option<usize>,
+    /// Multiplies the radiance of a mesh: index into [`Description::textures`].
+    pub texture: Option<usize>,
+}
+
+/// A light without a surface: no ray can meet it, so every strategy samples it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Punctual {
+    /// Shines alike in all directions.
+    Point {
+        /// World space.
+        position: Vec3,
+        /// W·sr⁻¹ in each channel.
+        intensity: Rgb,
+    },
+    /// A point light with a cone.
+    Spot {
+        /// World space.
+        position: Vec3,
+        /// Unit, the axis along which it shines.
+        direction: Vec3,
+        /// W·sr⁻¹ in each channel, on the axis.
+        intensity: Rgb,
+        /// Cosine of the angle to which it shines in full; above `cos_outer`.
+        cos_inner: f32,
+        /// Cosine of the angle beyond which it is dark.
+        cos_outer: f32,
+    },
+    /// Parallel rays, as from the sun.
+    Distant {
+        /// Unit, the way its light travels.
+        direction: Vec3,
+        /// W·m⁻² in each channel on a surface that faces it.
+        irradiance: Rgb,
+    },
 }
 
 /// What surrounds everything.

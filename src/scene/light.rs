@@ -83,6 +83,7 @@ impl Lights {
                     let unit = n.normalize().as_vec3();
                     (corner, 0.0, n.length() as f32, unit, u, v)
                 }
+                Shape::Mesh { .. } => todo!("mesh lights"),
             };
             let (rgb, n) = (light.radiance, normal);
             let side = if light.two_sided { 1.0 } else { 0.0 };
@@ -321,6 +322,7 @@ fn power(light: &description::Light) -> f64 {
     let area = match light.shape {
         Shape::Sphere { radius, .. } => 4.0 * f64::from(PI) * f64::from(radius).powi(2),
         Shape::Quad { u, v, .. } => u.as_dvec3().cross(v.as_dvec3()).length(),
+        Shape::Mesh { .. } => todo!("mesh lights"),
     };
     let sides = if light.two_sided { 2.0 } else { 1.0 };
     f64::from(light.radiance.luminance()) * area * sides * f64::from(PI)

@@ -5,7 +5,12 @@ pub mod builtin;
 pub mod camera;
 pub mod description;
 pub mod environment;
+pub mod gltf;
 pub mod light;
+pub mod mesh;
+pub mod obj;
+pub mod pbrt;
+pub mod ply;
 pub mod toml;
 
 use crate::lanes::{Rgb, Table, Vec3x8, f32x8, u32x8};
@@ -128,6 +133,7 @@ impl Scene {
             let (at, inverse_radius) = match shape {
                 Shape::Sphere { center, radius } => (center, 1.0 / radius),
                 Shape::Quad { u, v, .. } => (normal(u, v).as_vec3(), 0.0),
+                Shape::Mesh { .. } => todo!("meshes"),
             };
             surfaces.push([
                 at.x,
@@ -205,6 +211,7 @@ fn add(shapes: &mut Shapes, shape: Shape, id: u32) {
     match shape {
         Shape::Sphere { center, radius } => shapes.add_sphere(Sphere::new(center, radius), id),
         Shape::Quad { corner, u, v } => shapes.add_quad(Quad::new(corner, u, v), id),
+        Shape::Mesh { .. } => todo!("meshes"),
     }
 }
 
@@ -236,6 +243,7 @@ fn is_hull(shape: Shape, scene: &[Shape]) -> bool {
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| {
                     (low.min(h), high.max(h))
                 }),
+            Shape::Mesh { .. } => todo!("meshes"),
         };
         low = low.min(near);
         high = high.max(far);
@@ -274,6 +282,7 @@ fn bounding_radius(shapes: &[Shape]) -> f32 {
                     corners.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max),
                 )
             }
+            Shape::Mesh { .. } => todo!("meshes"),
         };
         low = low.min(near);
         high = high.max(far);

@@ -15,6 +15,7 @@ fn luminance(c: Rgb) -> f64 {
 /// Radiance × area × sides × π; of a sphere, of a quad.
 fn power(light: &Light) -> f64 {
     let area = match light.shape {
+        Shape::Mesh { .. } => unreachable!("no mesh here"),
         Shape::Sphere { radius, .. } => 4.0 * PI * f64::from(radius).powi(2),
         Shape::Quad { u, v, .. } => u.as_dvec3().cross(v.as_dvec3()).length(),
     };

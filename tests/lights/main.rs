@@ -29,6 +29,7 @@ fn sphere(center: V, radius: f64, two_sided: bool) -> Light {
         radiance: Rgb::new(3.0, 2.0, 1.0),
         two_sided,
         material: None,
+        texture: None,
     }
 }
 
@@ -39,6 +40,7 @@ fn quad(corner: V, u: V, v: V, two_sided: bool) -> Light {
         radiance: Rgb::new(0.5, 4.0, 2.0),
         two_sided,
         material: None,
+        texture: None,
     }
 }
 
@@ -54,6 +56,7 @@ impl World {
         let with_ids: Vec<(Light, u32)> = lights.iter().copied().zip(FIRST_ID..).collect();
         for &(light, id) in &with_ids {
             match light.shape {
+                Shape::Mesh { .. } => unreachable!("no mesh here"),
                 Shape::Sphere { center, radius } => {
                     shapes.add_sphere(Sphere::new(center, radius), id)
                 }
@@ -140,6 +143,7 @@ fn sampled_points_lie_on_their_light_and_a_ray_that_hits_it_there_reports_the_sa
                 }
                 let (got, want) = (s.distance.as_array()[i], t.as_array()[i]);
                 let (relative, absolute) = match light.shape {
+                    Shape::Mesh { .. } => unreachable!("no mesh here"),
                     Shape::Sphere { center, radius } => {
                         // Where the ray grazes the sphere, the distance hangs on the root of what is all but 0.
                         let off = (s.direction.lane(i) * want - center) / radius;

@@ -155,6 +155,10 @@ pub fn parse(text: &str, file_name: &str, base_dir: Option<&Path>) -> Result<Des
         objects,
         lights,
         environment,
+        punctual: Vec::new(),
+        meshes: Vec::new(),
+        textures: Vec::new(),
+        warnings: Vec::new(),
     })
 }
 

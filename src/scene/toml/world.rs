@@ -4,7 +4,7 @@ use super::names::{did_you_mean, quoted};
 use super::reader::{Table, Value};
 use crate::error::Result;
 use crate::material::Material;
-use crate::scene::description::{Light, NamedMaterial, Object, Shape};
+use crate::scene::description::{Light, Maps, NamedMaterial, Object, Shape};
 use std::collections::HashMap;
 
 /// Smallest radius or edge, scene units: below it squares leave the range of 32-bit floats.
@@ -26,6 +26,7 @@ pub(super) fn materials(value: Value) -> Result<Vec<NamedMaterial>> {
             Ok(NamedMaterial {
                 name: value.key.to_owned(),
                 material: material(value)?,
+                maps: Maps::default(),
             })
         })
         .collect()
@@ -141,6 +142,7 @@ pub(super) fn lights(value: Value, defined: &Defined) -> Result<Vec<Light>> {
                 .get("material")
                 .map(|value| value.reference("material", defined))
                 .transpose()?,
+            texture: None,
         })
     };
     value.tables("[[lights]]")?.into_iter().map(read).collect()

@@ -1,0 +1,1 @@
+//! OBJ meshes with MTL materials.

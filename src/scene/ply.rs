@@ -1,0 +1,1 @@
+//! PLY meshes: ascii and binary of both endians.
