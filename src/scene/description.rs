@@ -1,11 +1,13 @@
 //! A scene as its author wrote it: plain values, checked, before it is compiled into tables for the kernels.
 
+pub use crate::texture::{Image, Pixels, Texture, Wrap};
+
 use super::mesh::Mesh;
 use super::toml::names;
 use crate::error::Error;
 use crate::lanes::Rgb;
 use crate::material::Material;
-use glam::{Affine2, Affine3A, Vec3};
+use glam::{Affine3A, Vec3};
 use std::sync::Arc;
 
 /// A whole scene file.
@@ -168,55 +170,6 @@ pub struct Alpha {
     pub factor: f32,
     /// Least alpha of what is there.
     pub cutoff: f32,
-}
-
-/// An image on a surface.
-#[derive(Clone, Debug)]
-pub struct Texture {
-    /// Its pixels.
-    pub image: Arc<Image>,
-    /// Outside [0, 1], by u and v.
-    pub wrap: [Wrap; 2],
-    /// Nearest texel instead of bilinear interpolation.
-    pub nearest: bool,
-    /// From the mesh's UV to those of the image, whose v = 0 is its top row.
-    pub transform: Affine2,
-}
-
-/// What a texture is outside the unit square.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Wrap {
-    /// Repeats.
-    #[default]
-    Repeat,
-    /// Repeats, every other one mirrored.
-    Mirror,
-    /// The texel of the border goes on.
-    Clamp,
-}
-
-/// An image, row 0 on top.
-#[derive(Clone, Debug)]
-pub struct Image {
-    /// Where it came from, as errors and `info` name it.
-    pub file: String,
-    /// Pixels.
-    pub width: usize,
-    /// Pixels.
-    pub height: usize,
-    /// RGBA, row-major.
-    pub pixels: Pixels,
-}
-
-/// The pixels of an image.
-#[derive(Clone, Debug)]
-pub enum Pixels {
-    /// Eight bits, colour by the sRGB curve, alpha linear.
-    Srgb8(Vec<[u8; 4]>),
-    /// Eight bits, linear.
-    Linear8(Vec<[u8; 4]>),
-    /// Linear, finite, not negative.
-    Float(Vec<[f32; 4]>),
 }
 
 /// A shape.
