@@ -22,19 +22,7 @@ pub(super) struct Source<'a> {
 impl Source<'_> {
     /// The line and column of a byte offset; one past the end is the end.
     pub fn place(&self, offset: usize) -> Place {
-        let mut offset = offset.min(self.text.len());
-        while !self.text.is_char_boundary(offset) {
-            offset -= 1;
-        }
-        let before = &self.text[..offset];
-        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        // Editors do not count a byte order mark as a column.
-        let line = before[line_start..].trim_start_matches('\u{feff}');
-        Place {
-            file: self.file.to_owned(),
-            line: before.matches('\n').count() + 1,
-            column: line.chars().count() + 1,
-        }
+        Place::of(self.file, self.text, offset)
     }
 
     /// An error at a byte offset.
