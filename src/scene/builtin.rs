@@ -75,6 +75,9 @@ pub fn open(scene: &str) -> Result<Description> {
         Some("toml") if path.exists() => return toml::load(path),
         Some("gltf" | "glb") if path.exists() => return gltf::load(path),
         Some("pbrt") if path.exists() => return pbrt::load(path),
+        Some("gz") if scene.to_lowercase().ends_with(".pbrt.gz") && path.exists() => {
+            return pbrt::load(path);
+        }
         _ => {}
     }
     if let Some(builtin) = find(scene) {

@@ -1,13 +1,15 @@
 //! From what the file says to the description: materials made, objects put in their places.
 
+use super::gallery::{Gallery, Use};
 use super::lexer::At;
+use super::library::Surface;
 use super::materials::Studio;
-use super::names::{did_you_mean, quoted};
+use super::names::undefined;
 use super::options::MIRROR;
-use super::reader::{Reader, Surface};
-use super::shapes::{Geometries, Geometry};
+use super::reader::Reader;
+use super::shapes::Geometry;
 use super::sky;
-use super::textures::{Gallery, Use};
+use super::variants::{Variant, is_sound, narrow, uniform_scale, varied};
 use crate::error::{Error, Result};
 use crate::lanes::Rgb;
 use crate::material::Material;
@@ -16,12 +18,12 @@ use crate::scene::description::{
 };
 use crate::scene::framing;
 use crate::scene::mesh::Mesh;
-use glam::{Affine3A, DAffine3, DVec3, Mat3A, Vec2, Vec3, Vec3A};
+use glam::{DAffine3, DVec3, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Most shapes of a scene, instances counted one by one.
-pub(super) const MOST: usize = 1 << 25;
+pub(super) const MOST: usize = 1 << 24;
 /// Up to this many spheres and quads are what they are; more are meshes, which have a tree.
 const MOST_EXACT: usize = 64;
 /// Greatest coordinate of a point.
@@ -40,17 +42,6 @@ pub(super) struct Placed {
     /// Index into the area lights.
     pub light: Option<usize>,
     pub at: At,
-}
-
-/// A mesh as a shape needs it.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-struct Variant {
-    geometry: usize,
-    /// In the plane x = 0: what a transformation mirrors is mirrored here, so that the rest of it is not.
-    mirrored: bool,
-    reversed: bool,
-    /// With pbrt's UV for triangles that have none.
-    with_uvs: bool,
 }
 
 /// A surface, made.
@@ -87,13 +78,11 @@ pub(super) fn too_many(at: &At) -> Error {
 
 impl World {
     pub fn new(reader: Reader) -> Result<Self> {
-        if let Some(error) = reader.undefined_material() {
-            return Err(error);
-        }
+        reader.library.finish()?;
         Ok(Self {
             gallery: Gallery::default(),
             materials: Vec::new(),
-            finishes: vec![None; reader.surfaces.len()],
+            finishes: vec![None; reader.library.surfaces.len()],
             meshes: Vec::new(),
             variants: HashMap::new(),
             boxes: HashMap::new(),
@@ -112,33 +101,24 @@ impl World {
         let placed = std::mem::take(&mut self.reader.placed);
         let instances = std::mem::take(&mut self.reader.instances);
         let objects = std::mem::take(&mut self.reader.objects);
-        let mut all: Vec<(&Placed, DAffine3)> = Vec::with_capacity(placed.len());
-        all.extend(placed.iter().map(|shape| (shape, shape.to_world)));
+        let mut groups = vec![(placed.as_slice(), DAffine3::IDENTITY)];
+        let mut count = placed.len();
         for (name, to_world, at) in &instances {
             let Some(object) = objects.get(name) else {
-                let mut known: Vec<&str> = objects.keys().map(String::as_str).collect();
-                known.sort_unstable();
-                return Err(at.error(format!(
-                    "object {} is not defined{}",
-                    quoted(name),
-                    match did_you_mean(name, known) {
-                        hint if hint.is_empty() => "; add ObjectBegin".to_owned(),
-                        hint => hint,
-                    }
-                )));
+                let known = objects.keys().map(String::as_str);
+                return Err(at.error(undefined("object", name, known, "add ObjectBegin")));
             };
-            if all.len() + object.len() > MOST {
+            count += object.len();
+            if count > MOST {
                 return Err(too_many(at));
             }
-            all.extend(
-                object
-                    .iter()
-                    .map(|shape| (shape, *to_world * shape.to_world)),
-            );
+            groups.push((object, *to_world));
         }
-        self.count_exact(&all);
-        for (shape, to_world) in all {
-            self.place(shape, to_world)?;
+        self.count_exact(groups.iter().flat_map(|(shapes, _)| *shapes));
+        for (shapes, to_world) in groups {
+            for shape in shapes {
+                self.place(shape, to_world * shape.to_world)?;
+            }
         }
         self.finish(name)
     }
@@ -186,12 +166,13 @@ impl World {
         })
     }
 
-    fn count_exact(&mut self, all: &[(&Placed, DAffine3)]) {
+    /// Few spheres and quads are what they are.
+    fn count_exact<'a>(&mut self, shapes: impl Iterator<Item = &'a Placed>) {
         let (mut spheres, mut quads) = (0, 0);
         let mut sphere_at = None;
-        for (shape, _) in all {
+        for shape in shapes {
             match self.reader.geometries.list.get(shape.geometry) {
-                Some(Geometry::Sphere) => {
+                Some(Geometry::Sphere(_)) => {
                     spheres += 1;
                     sphere_at = sphere_at.or(Some(&shape.at));
                 }
@@ -235,7 +216,10 @@ impl World {
                 texture: emission,
             }),
             (None, Some(material)) => self.objects.push(Object { shape, material }),
-            (None, None) => {}
+            (None, None) => self.reader.warnings.tell(
+                &placed.at,
+                "surfaces of thin glass or of nothing are left out; light passes straight through",
+            ),
         }
         Ok(())
     }
@@ -253,7 +237,7 @@ impl World {
         let is_mirrored = to_world.matrix3.determinant() < 0.0;
         self.check(placed, &geometry, to_world)?;
         match &geometry {
-            Geometry::Sphere if self.exact_spheres && !is_textured && !placed.reverse => {
+            Geometry::Sphere(_) if self.exact_spheres && !is_textured && !placed.reverse => {
                 if let Some(radius) = uniform_scale(to_world) {
                     return Ok(Some(Shape::Sphere {
                         center: to_world.translation.as_vec3(),
@@ -275,12 +259,11 @@ impl World {
             }
             _ => {}
         }
-        let has_uvs = |mesh: &Mesh| !mesh.uvs.is_empty();
         let variant = Variant {
             geometry: placed.geometry,
             mirrored: is_mirrored,
             reversed: placed.reverse,
-            with_uvs: is_textured && !matches!(&geometry, Geometry::Mesh(mesh, _) if has_uvs(mesh)),
+            with_uvs: is_textured && geometry.mesh().uvs.is_empty(),
         };
         let mesh = match self.variants.get(&variant) {
             Some(&index) => index,
@@ -303,19 +286,13 @@ impl World {
 
     /// Whether a place can be rendered; the box around everything grows.
     fn check(&mut self, placed: &Placed, geometry: &Geometry, to_world: DAffine3) -> Result<()> {
-        let [low, high] = *self
-            .boxes
-            .entry(placed.geometry)
-            .or_insert_with(|| match geometry {
-                Geometry::Sphere => [DVec3::NEG_ONE, DVec3::ONE],
-                Geometry::Mesh(mesh, _) => {
-                    let points = || mesh.positions.iter().map(|p| p.as_dvec3());
-                    [
-                        points().fold(DVec3::INFINITY, DVec3::min),
-                        points().fold(DVec3::NEG_INFINITY, DVec3::max),
-                    ]
-                }
-            });
+        let [low, high] = *self.boxes.entry(placed.geometry).or_insert_with(|| {
+            let points = || geometry.mesh().positions.iter().map(|p| p.as_dvec3());
+            [
+                points().fold(DVec3::INFINITY, DVec3::min),
+                points().fold(DVec3::NEG_INFINITY, DVec3::max),
+            ]
+        });
         let matrix = narrow(to_world);
         let determinant = matrix.matrix3.determinant();
         if !(matrix.is_finite() && determinant.abs() > 1e-30 && matrix.inverse().is_finite()) {
@@ -347,7 +324,7 @@ impl World {
         if let Some(finish) = self.finishes.get(index).copied().flatten() {
             return Ok(finish);
         }
-        let Some(surface) = self.reader.surfaces.get(index).cloned() else {
+        let Some(surface) = self.reader.library.surfaces.get(index).cloned() else {
             return Ok(Finish::Absent);
         };
         let finish = self.made(&surface)?;
@@ -358,15 +335,21 @@ impl World {
     }
 
     fn made(&mut self, surface: &Surface) -> Result<Finish> {
-        let material = self.reader.unmixed(surface.material)?;
+        let Reader {
+            library,
+            textures,
+            files,
+            warnings,
+            ..
+        } = &mut self.reader;
+        let definition = library.find(surface.material, warnings)?;
         let mut studio = Studio {
-            textures: &self.reader.textures,
+            textures,
             gallery: &mut self.gallery,
-            files: &mut self.reader.files,
-            warnings: &mut self.reader.warnings,
+            files,
+            warnings,
         };
-        let slot = self.reader.materials.get(material);
-        let mut material = match slot.and_then(|slot| slot.definition.as_ref()) {
+        let mut material = match definition {
             Some(definition) => {
                 let Some(material) = studio.material(definition)? else {
                     return Ok(Finish::Absent);
@@ -407,98 +390,4 @@ impl World {
         self.materials.push(material);
         Ok(Finish::Material(self.materials.len() - 1, is_textured))
     }
-}
-
-/// Single precision, as kernels have it.
-fn narrow(to_world: DAffine3) -> Affine3A {
-    let column = |v: DVec3| Vec3A::from(v.as_vec3());
-    let matrix = to_world.matrix3;
-    Affine3A {
-        matrix3: Mat3A::from_cols(
-            column(matrix.x_axis),
-            column(matrix.y_axis),
-            column(matrix.z_axis),
-        ),
-        translation: column(to_world.translation),
-    }
-}
-
-/// The factor by which lengths grow, where it is the same in all directions, and a radius.
-fn uniform_scale(to_world: DAffine3) -> Option<f64> {
-    let matrix = to_world.matrix3;
-    let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
-    let square = x.length_squared();
-    let near = |a: f64, b: f64| (a - b).abs() <= 1e-5 * square;
-    let is_uniform = near(y.length_squared(), square)
-        && near(z.length_squared(), square)
-        && near(x.dot(y), 0.0)
-        && near(y.dot(z), 0.0)
-        && near(z.dot(x), 0.0);
-    let scale = square.sqrt();
-    (is_uniform && (1e-9..=FARTHEST).contains(&scale)).then_some(scale)
-}
-
-/// Whether two edges make a quad, as the scene format asks of one.
-fn is_sound(u: Vec3, v: Vec3) -> bool {
-    let (u, v) = (u.as_dvec3(), v.as_dvec3());
-    let area = u.cross(v).length();
-    area >= 1e-4 * u.length() * v.length() && area >= 1e-18 && u.length().min(v.length()) >= 1e-9
-}
-
-/// The mesh of a geometry as a shape needs it.
-fn varied(geometry: &Geometry, variant: Variant) -> Arc<Mesh> {
-    let mesh = match geometry {
-        Geometry::Mesh(mesh, _) => mesh,
-        Geometry::Sphere => &Arc::new(Geometries::sphere_mesh()),
-    };
-    let Variant {
-        mirrored,
-        reversed,
-        with_uvs,
-        ..
-    } = variant;
-    let with_uvs = with_uvs && mesh.uvs.is_empty();
-    if !(mirrored || reversed || with_uvs) {
-        return Arc::clone(mesh);
-    }
-    let mut mesh = if with_uvs {
-        with_triangle_uvs(mesh)
-    } else {
-        Mesh::clone(mesh)
-    };
-    if mirrored {
-        for vector in mesh.positions.iter_mut().chain(&mut mesh.normals) {
-            vector.x = -vector.x;
-        }
-    }
-    if reversed {
-        for normal in &mut mesh.normals {
-            *normal = -*normal;
-        }
-    }
-    if mirrored ^ reversed {
-        for corners in &mut mesh.triangles {
-            corners.swap(1, 2);
-        }
-    }
-    Arc::new(mesh)
-}
-
-/// pbrt's UV for meshes that have none: (0, 0), (1, 0), (1, 1) on each triangle.
-fn with_triangle_uvs(mesh: &Mesh) -> Mesh {
-    const CORNERS: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::ONE];
-    let mut own = Mesh {
-        name: mesh.name.clone(),
-        ..Mesh::default()
-    };
-    for corners in &mesh.triangles {
-        let first = own.positions.len() as u32;
-        for (&corner, uv) in corners.iter().zip(CORNERS) {
-            own.positions.extend(mesh.positions.get(corner as usize));
-            own.normals.extend(mesh.normals.get(corner as usize));
-            own.uvs.push(uv);
-        }
-        own.triangles.push([first, first + 1, first + 2]);
-    }
-    own
 }

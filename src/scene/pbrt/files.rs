@@ -178,10 +178,8 @@ impl Files {
 
     /// The next token of the same file, if it is of a kind that is wanted; else it stays.
     pub fn next_if(&mut self, wanted: impl Fn(&Token) -> bool) -> Result<Option<Token>> {
-        if self.ahead.is_none() {
-            if let Some(open) = self.stack.last_mut() {
-                self.ahead = open.lexer.next()?;
-            }
+        if let (None, Some(open)) = (&self.ahead, self.stack.last_mut()) {
+            self.ahead = open.lexer.next()?;
         }
         Ok(self.ahead.take_if(|token| wanted(token)))
     }

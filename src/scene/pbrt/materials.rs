@@ -1,11 +1,12 @@
 //! Materials: the closest match to each of pbrt's.
 
 use super::files::Files;
+use super::gallery::{Gallery, Use};
 use super::lexer::At;
 use super::names::quoted;
 use super::parameters::{Parameters, Textured};
 use super::spectra::{Spectrum, conductor_reflectance};
-use super::textures::{Gallery, Map, Textures, Use, Value};
+use super::textures::{Map, Textures, Value};
 use super::warnings::Warnings;
 use crate::error::Result;
 use crate::lanes::Rgb;
@@ -70,17 +71,8 @@ impl Studio<'_> {
                     ior: self.ior(parameters)?,
                 })
             }
-            "thindielectric" => {
-                self.tell(
-                    definition,
-                    "it is left out, and light passes straight through",
-                );
-                None
-            }
-            "" | "none" | "interface" => {
-                self.tell(definition, "such surfaces are left out");
-                None
-            }
+            // A pane is too thin to bend light, which a body of glass does.
+            "thindielectric" | "" | "none" | "interface" => None,
             "diffusetransmission" => {
                 self.tell(definition, "it reflects, and nothing passes through");
                 Some(self.matte(parameters, "reflectance", 0.25, &mut maps)?)

@@ -11,9 +11,13 @@
 
 mod assemble;
 mod files;
+mod gallery;
 mod lexer;
+mod library;
 mod lights;
+mod makers;
 mod materials;
+mod names;
 mod options;
 mod parameters;
 mod reader;
@@ -23,10 +27,10 @@ mod spectra;
 mod state;
 mod tessellate;
 mod textures;
+mod variants;
 mod warnings;
 
 use super::description::Description;
-use super::toml::names;
 use crate::error::Result;
 use std::path::Path;
 

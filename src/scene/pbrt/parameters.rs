@@ -28,6 +28,9 @@ const TYPES: [&str; 15] = [
     "string",
 ];
 
+/// Most values of a parameter that `Attribute` sets.
+const LONGEST_DEFAULT: usize = 64;
+
 /// The values of a parameter.
 #[derive(Clone, Debug)]
 pub(super) enum Values {
@@ -39,6 +42,17 @@ pub(super) enum Values {
     Texts(Vec<String>),
     /// Of the type `bool`.
     Flags(Vec<bool>),
+}
+
+impl Values {
+    fn len(&self) -> usize {
+        match self {
+            Self::Floats(values) => values.len(),
+            Self::Integers(values) => values.len(),
+            Self::Texts(values) => values.len(),
+            Self::Flags(values) => values.len(),
+        }
+    }
 }
 
 /// One parameter.
@@ -58,12 +72,7 @@ pub(super) struct Parameter {
 
 impl Parameter {
     fn wrong(&self, wanted: &str) -> crate::error::Error {
-        let count = match &self.values {
-            Values::Floats(values) => values.len(),
-            Values::Integers(values) => values.len(),
-            Values::Texts(values) => values.len(),
-            Values::Flags(values) => values.len(),
-        };
+        let count = self.values.len();
         self.at.error(format!(
             "{} is {wanted}, and this is {count} of type {}; write {wanted}",
             self.name, self.kind
@@ -111,14 +120,27 @@ impl Parameters {
         }
     }
 
-    /// The list, for `Attribute`.
-    pub fn into_list(self) -> Vec<Parameter> {
-        self.list
+    /// The list, for `Attribute`: none of them long, for each directive has a copy.
+    pub fn into_defaults(self) -> Result<Vec<Parameter>> {
+        match self.list.iter().find(|parameter| parameter.values.len() > LONGEST_DEFAULT) {
+            None => Ok(self.list),
+            Some(long) => Err(long.at.error(format!(
+                "{} has more than {LONGEST_DEFAULT} values, too many for all that follows; write it where it is used",
+                long.name
+            ))),
+        }
     }
 
     /// Whether there is one of that name.
     pub fn has(&self, name: &str) -> bool {
         self.get(name).is_some()
+    }
+
+    /// Nothing asks for the parameters of what is left out.
+    pub fn ignore(&self) {
+        for parameter in &self.list {
+            parameter.used.set(true);
+        }
     }
 
     /// What nothing asked for.
@@ -151,14 +173,12 @@ impl Parameters {
         holds: impl Fn(f32) -> bool,
     ) -> Result<Option<f32>> {
         let value = self.float(name)?;
-        if let (Some(value), Some(parameter)) = (value, self.get(name)) {
-            if !holds(value) {
-                return Err(parameter
-                    .at
-                    .error(format!("{name} is {value}; it must be {range}")));
-            }
+        match (value, self.get(name)) {
+            (Some(value), Some(parameter)) if !holds(value) => Err(parameter
+                .at
+                .error(format!("{name} is {value}; it must be {range}"))),
+            _ => Ok(value),
         }
-        Ok(value)
     }
 
     /// An integer in a range.
@@ -368,12 +388,13 @@ fn parameter(files: &mut Files, declaration: &Token) -> Result<Parameter> {
 /// Adds a value of the declared type.
 fn add(values: &mut Values, kind: &str, token: &Token) -> Result<()> {
     // A spectrum is named, or given by numbers.
-    if let (Values::Floats(floats), "spectrum", Kind::Text) = (&*values, kind, token.kind) {
-        if floats.is_empty() {
-            *values = Values::Texts(Vec::new());
-        }
-    }
     let is_text = token.kind == Kind::Text;
+    if kind == "spectrum"
+        && is_text
+        && matches!(values, Values::Floats(floats) if floats.is_empty())
+    {
+        *values = Values::Texts(Vec::new());
+    }
     match values {
         Values::Texts(texts) if is_text => texts.push(token.unescaped()),
         Values::Flags(flags) if matches!(token.raw(), "true" | "false") => {

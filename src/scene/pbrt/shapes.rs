@@ -16,13 +16,25 @@ use std::io::BufReader;
 use std::path::Path;
 use std::sync::Arc;
 
+/// Most meshes that the program makes of shapes: each has thousands of triangles, and takes a line to ask for.
+const MOST_GENERATED: usize = 1024;
+
 /// What a shape is, in its own space.
 #[derive(Clone, Debug)]
 pub(super) enum Geometry {
-    /// A whole sphere of radius 1 around the origin.
-    Sphere,
+    /// A whole sphere of radius 1 around the origin, and the mesh for where it cannot be one.
+    Sphere(Arc<Mesh>),
     /// A mesh; where it is a parallelogram without normals, also its corner and edges.
     Mesh(Arc<Mesh>, Option<[Vec3; 3]>),
+}
+
+impl Geometry {
+    /// Its mesh.
+    pub fn mesh(&self) -> &Arc<Mesh> {
+        match self {
+            Self::Sphere(mesh) | Self::Mesh(mesh, _) => mesh,
+        }
+    }
 }
 
 /// Every geometry of the scene; what several shapes have in common is there once.
@@ -30,6 +42,8 @@ pub(super) enum Geometry {
 pub(super) struct Geometries {
     pub list: Vec<Geometry>,
     by_name: HashMap<String, usize>,
+    /// How many meshes the program made.
+    generated: usize,
 }
 
 /// A geometry, and where it stands in the space of the directive.
@@ -60,7 +74,7 @@ impl Geometries {
                 Ok(of_mesh(self.mesh(mesh, parameters, warnings)?))
             }
             "bilinearmesh" => {
-                let mesh = bilinear_mesh(parameters, warnings)?;
+                let mesh = self.bilinear_mesh(parameters, warnings)?;
                 Ok(of_mesh(self.mesh(mesh, parameters, warnings)?))
             }
             "plymesh" => Ok(of_mesh(self.ply(parameters, files, warnings)?)),
@@ -72,7 +86,8 @@ impl Geometries {
                 let sweep = sweep(parameters)?;
                 let height = coordinate(parameters, "height", 0.0)?;
                 let name = format!("disk {inner} {sweep}");
-                let index = self.generated(&name, parameters, || tessellate::disk(inner, sweep))?;
+                let index =
+                    self.generated(&name, parameters, || tessellate::disk(inner, sweep), plain)?;
                 let place = DAffine3::from_translation(DVec3::Z * height)
                     * DAffine3::from_scale(DVec3::splat(radius));
                 Ok(Some((index, place)))
@@ -84,12 +99,14 @@ impl Geometries {
                 let (low, high) = (low.min(high), low.max(high));
                 let sweep = sweep(parameters)?;
                 let name = format!("cylinder {sweep}");
-                let index = self.generated(&name, parameters, || tessellate::cylinder(sweep))?;
+                let index =
+                    self.generated(&name, parameters, || tessellate::cylinder(sweep), plain)?;
                 let place = DAffine3::from_translation(DVec3::Z * low)
                     * DAffine3::from_scale(DVec3::new(radius, radius, high - low));
                 Ok(Some((index, place)))
             }
             _ => {
+                parameters.ignore();
                 warnings.tell_once(format!("shape {kind}"), &parameters.at, || {
                     format!(
                         "the shape {} is not supported; such shapes are left out",
@@ -109,43 +126,43 @@ impl Geometries {
         let (a, b) = (end("zmin", -radius)?, end("zmax", radius)?);
         let (low, high) = (a.min(b), a.max(b));
         let sweep = sweep(parameters)?;
+        let name = format!("sphere {low} {high} {sweep}");
+        let make = || tessellate::sphere(low, high, sweep);
         let index = if (low, high, sweep) == (-1.0, 1.0, 1.0) {
-            self.named("sphere", || Geometry::Sphere)
+            self.generated(&name, parameters, make, Geometry::Sphere)?
         } else {
-            let name = format!("sphere {low} {high} {sweep}");
-            self.generated(&name, parameters, || tessellate::sphere(low, high, sweep))?
+            self.generated(&name, parameters, make, plain)?
         };
         Ok((index, DAffine3::from_scale(DVec3::splat(radius))))
     }
 
-    /// The mesh that stands for whole spheres where none can.
-    pub fn sphere_mesh() -> Mesh {
-        tessellate::sphere(-1.0, 1.0, 1.0)
-    }
-
-    fn named(&mut self, name: &str, make: impl FnOnce() -> Geometry) -> usize {
-        if let Some(&index) = self.by_name.get(name) {
-            return index;
-        }
-        self.by_name.insert(name.to_owned(), self.list.len());
-        self.list.push(make());
-        self.list.len() - 1
-    }
-
+    /// A mesh that the program makes; `name` tells all that are different.
     fn generated(
         &mut self,
         name: &str,
         parameters: &Parameters,
         make: impl FnOnce() -> Mesh,
+        geometry: impl FnOnce(Arc<Mesh>) -> Geometry,
     ) -> Result<usize> {
         if let Some(&index) = self.by_name.get(name) {
             return Ok(index);
         }
+        if self.generated >= MOST_GENERATED {
+            return Err(parameters.at.error(format!(
+                "the scene has more than {MOST_GENERATED} different parts of spheres, disks and cylinders; write some as meshes"
+            )));
+        }
+        self.generated += 1;
         // Poles leave triangles without an area.
-        let (mesh, _) = make()
-            .checked()
-            .map_err(|error| explained(parameters, &error))?;
-        Ok(self.named(name, || Geometry::Mesh(Arc::new(mesh), None)))
+        let checked = make().checked();
+        let (mesh, _) = checked.map_err(|error| explained(parameters, &error))?;
+        Ok(self.named(name, geometry(Arc::new(mesh))))
+    }
+
+    fn named(&mut self, name: &str, geometry: Geometry) -> usize {
+        self.by_name.insert(name.to_owned(), self.list.len());
+        self.list.push(geometry);
+        self.list.len() - 1
     }
 
     fn ply(
@@ -175,8 +192,46 @@ impl Geometries {
             .map_err(|error| at.error(error.to_string()))?;
         tell_dropped(loaded.dropped, parameters, warnings);
         let mesh = facing_normals(loaded.mesh);
-        let index = self.named(&key, || geometry(mesh));
-        Ok(Some(index))
+        Ok(Some(self.named(&key, geometry(mesh))))
+    }
+
+    fn bilinear_mesh(&mut self, parameters: &Parameters, warnings: &mut Warnings) -> Result<Mesh> {
+        let (mut mesh, indices) = vertices(parameters, 4)?;
+        if parameters.get("emissionfilename").is_some() {
+            warnings.tell(
+                &parameters.at,
+                "emissionfilename is not supported; the patch emits the same everywhere",
+            );
+        }
+        let patches = indices.as_chunks::<4>().0;
+        let corner = |index: u32| mesh.positions.get(index as usize).map(|p| p.as_dvec3());
+        let bent = |patch: &[u32; 4]| {
+            let [Some(a), Some(b), Some(c), Some(d)] = patch.map(corner) else {
+                return None;
+            };
+            let normal = (b - a).cross(c - a);
+            let off = normal.dot(d - a).abs();
+            let is_bent = off > 1e-4 * normal.length() * (d - a).length();
+            is_bent.then_some([a, b, c, d])
+        };
+        if let Some(corners) = patches.iter().find_map(bent) {
+            let is_bare = mesh.normals.is_empty() && mesh.uvs.is_empty();
+            if patches.len() == 1 && is_bare && self.generated < MOST_GENERATED {
+                self.generated += 1;
+                return Ok(tessellate::patch(corners));
+            }
+            warnings.tell(
+                &parameters.at,
+                "bilinear patches that are not flat become two triangles each",
+            );
+        }
+        if mesh.uvs.is_empty() && indices.iter().all(|&index| corner(index).is_some()) {
+            return Ok(with_own_uvs(&mesh, patches));
+        }
+        for &[a, b, c, d] in patches {
+            mesh.triangles.extend([[a, b, d], [a, d, c]]);
+        }
+        Ok(mesh)
     }
 
     /// Checks a mesh of the scene file; one without any area is left out.
@@ -216,6 +271,11 @@ fn tell_dropped(dropped: usize, parameters: &Parameters, warnings: &mut Warnings
             format!("{dropped} triangles of this mesh have no area; such triangles are left out")
         });
     }
+}
+
+/// A mesh that is no parallelogram.
+fn plain(mesh: Arc<Mesh>) -> Geometry {
+    Geometry::Mesh(mesh, None)
 }
 
 fn geometry(mesh: Mesh) -> Geometry {
@@ -306,43 +366,6 @@ fn vertices(parameters: &Parameters, group: usize) -> Result<(Mesh, Vec<u32>)> {
         uvs,
     };
     Ok((mesh, indices))
-}
-
-fn bilinear_mesh(parameters: &Parameters, warnings: &mut Warnings) -> Result<Mesh> {
-    let (mut mesh, indices) = vertices(parameters, 4)?;
-    if parameters.get("emissionfilename").is_some() {
-        warnings.tell(
-            &parameters.at,
-            "emissionfilename is not supported; the patch emits the same everywhere",
-        );
-    }
-    let patches = indices.as_chunks::<4>().0;
-    let corner = |index: u32| mesh.positions.get(index as usize).map(|p| p.as_dvec3());
-    let bent = |patch: &[u32; 4]| {
-        let [Some(a), Some(b), Some(c), Some(d)] = patch.map(corner) else {
-            return None;
-        };
-        let normal = (b - a).cross(c - a);
-        let off = normal.dot(d - a).abs();
-        let is_bent = off > 1e-4 * normal.length() * (d - a).length();
-        is_bent.then_some([a, b, c, d])
-    };
-    if let Some(corners) = patches.iter().find_map(bent) {
-        if patches.len() == 1 && mesh.normals.is_empty() && mesh.uvs.is_empty() {
-            return Ok(tessellate::patch(corners));
-        }
-        warnings.tell(
-            &parameters.at,
-            "bilinear patches that are not flat become two triangles each",
-        );
-    }
-    if mesh.uvs.is_empty() && indices.iter().all(|&index| corner(index).is_some()) {
-        return Ok(with_own_uvs(&mesh, patches));
-    }
-    for &[a, b, c, d] in patches {
-        mesh.triangles.extend([[a, b, d], [a, d, c]]);
-    }
-    Ok(mesh)
 }
 
 /// Patches whose UV is the unit square: they share no vertices.

@@ -149,7 +149,9 @@ impl Source {
             |part: f64, count: usize| ((part * count as f64) as usize).min(count.saturating_sub(1));
         let index = pixel(v, height) * width + pixel(u, width);
         let color = match &self.image.pixels {
-            Pixels::Srgb8(pixels) => pixels.get(index).map(|pixel| pixel.map(from_srgb)),
+            Pixels::Srgb8(pixels) => pixels
+                .get(index)
+                .map(|pixel| pixel.map(|c| image::linear(f32::from(c) / 255.0))),
             Pixels::Linear8(pixels) => pixels
                 .get(index)
                 .map(|pixel| pixel.map(|c| f32::from(c) / 255.0)),
@@ -189,14 +191,4 @@ fn lat_long(d: DVec3) -> (f64, f64) {
     let phi = libm::atan2(d.y, d.x);
     let phi = if phi < 0.0 { phi + TAU } else { phi };
     (phi / TAU, libm::acos(d.z.clamp(-1.0, 1.0)) / PI)
-}
-
-fn from_srgb(value: u8) -> f32 {
-    let value = f32::from(value) / 255.0;
-    // IEC 61966-2-1.
-    if value <= 0.04045 {
-        value / 12.92
-    } else {
-        ((value + 0.055) / 1.055).powf(2.4)
-    }
 }

@@ -195,6 +195,24 @@ pub(super) fn look_at(
     Ok(DAffine3::from_mat3_translation(to_world, eye).inverse())
 }
 
+/// A turn around an axis (Rodrigues).
+pub(super) fn rotation([degrees, x, y, z]: [f64; 4], token: &Token) -> Result<DAffine3> {
+    let Some(axis) = DVec3::new(x, y, z).try_normalize() else {
+        let message = "the axis of Rotate has no length; write Rotate degrees x y z";
+        return Err(token.error(message));
+    };
+    // Not glam's: its sine is the platform's, and the same file is to give the same bits everywhere.
+    let (sin, cos) = libm::sincos(degrees.to_radians());
+    let turned = |v: DVec3| v * cos + axis.cross(v) * sin + axis * (axis.dot(v) * (1.0 - cos));
+    let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(turned);
+    Ok(DAffine3::from_cols(
+        columns[0],
+        columns[1],
+        columns[2],
+        DVec3::ZERO,
+    ))
+}
+
 /// The 16 numbers of `Transform`, column by column, as an affine map.
 pub(super) fn matrix(numbers: [f64; 16], token: &Token) -> Result<DAffine3> {
     let matrix = DMat4::from_cols_array(&numbers);

@@ -2,14 +2,13 @@
 
 use super::files::Files;
 use super::lexer::At;
-use super::names::{did_you_mean, quoted};
+use super::names::{quoted, undefined};
 use super::parameters::{Parameters, Textured};
 use super::spectra::Spectrum;
 use super::warnings::Warnings;
 use crate::error::Result;
 use crate::lanes::Rgb;
-use crate::scene::description::{Image, Pixels, Texture, Wrap};
-use crate::scene::image::{self, ColorSpace};
+use crate::scene::description::{Image, Pixels, Wrap};
 use glam::{Affine2, Vec2};
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -32,31 +31,20 @@ impl Value {
 /// An image on a surface.
 #[derive(Clone, Debug)]
 pub(super) struct Map {
-    picture: Picture,
-    srgb: bool,
-    wrap: Wrap,
-    nearest: bool,
+    pub picture: Picture,
+    pub srgb: bool,
+    pub wrap: Wrap,
+    pub nearest: bool,
     /// From the UV of the shape to that of the image, whose v = 0 is its top row.
-    transform: Affine2,
-    at: At,
+    pub transform: Affine2,
+    pub at: At,
 }
 
 #[derive(Clone, Debug)]
-enum Picture {
+pub(super) enum Picture {
     File(PathBuf),
     /// Named, so that two that are alike are one.
     Made(String, Arc<Image>),
-}
-
-/// What an image is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Use {
-    /// Its colour.
-    Color,
-    /// Its values as they are.
-    Normals,
-    /// Its brightness decides what is there: pbrt's float textures are the mean of an image's channels.
-    Alpha,
 }
 
 impl Map {
@@ -118,16 +106,8 @@ impl Textures {
                 let found = self.colors.get(name).or_else(|| self.numbers.get(name));
                 found.cloned().ok_or_else(|| {
                     let known = self.colors.keys().chain(self.numbers.keys());
-                    let mut known: Vec<&str> = known.map(String::as_str).collect();
-                    known.sort_unstable();
-                    at.error(format!(
-                        "texture {} is not defined{}",
-                        quoted(name),
-                        match did_you_mean(name, known) {
-                            hint if hint.is_empty() => "; define it before".to_owned(),
-                            hint => hint,
-                        }
-                    ))
+                    let known = known.map(String::as_str);
+                    at.error(undefined("texture", name, known, "define it before"))
                 })
             }
         }
@@ -202,13 +182,15 @@ impl Textures {
                 })
             }
             "dots" => {
-                warnings.tell(
-                    &parameters.at,
-                    "the texture \"dots\" is not supported; what is outside the dots is everywhere",
-                );
-                part_of(self, parameters, "outside", warnings)
+                let outside = part("outside", 1.0)?;
+                parameters.ignore();
+                let message =
+                    "the texture \"dots\" is not supported; what is outside the dots is everywhere";
+                warnings.tell(&parameters.at, message);
+                Ok(outside)
             }
             _ => {
+                parameters.ignore();
                 warnings.tell_once(format!("texture {kind}"), &parameters.at, || {
                     format!(
                         "the texture {} is not supported; it is a grey of 0.5",
@@ -221,15 +203,6 @@ impl Textures {
     }
 }
 
-fn part_of(
-    textures: &Textures,
-    parameters: &Parameters,
-    name: &str,
-    warnings: &mut Warnings,
-) -> Result<Value> {
-    textures.part(parameters, name, 0.0, warnings)
-}
-
 /// A constant as a reflectance; grey, and told, where its name is unknown.
 pub(super) fn reflectance(spectrum: &Spectrum, at: &At, warnings: &mut Warnings) -> Rgb {
     spectrum.reflectance().unwrap_or_else(|| {
@@ -240,9 +213,10 @@ pub(super) fn reflectance(spectrum: &Spectrum, at: &At, warnings: &mut Warnings)
     })
 }
 
-/// Product by channel.
-pub(super) fn times(a: Rgb, b: Rgb) -> Rgb {
-    Rgb::new(a.r * b.r, a.g * b.g, a.b * b.b)
+/// Product by channel, finite.
+fn times(a: Rgb, b: Rgb) -> Rgb {
+    let product = |a: f32, b: f32| (a * b).min(f32::MAX);
+    Rgb::new(product(a.r, b.r), product(a.g, b.g), product(a.b, b.b))
 }
 
 fn lerp(a: Rgb, b: Rgb, t: f32) -> Rgb {
@@ -335,141 +309,12 @@ fn mapping(parameters: &Parameters, picture: Picture, warnings: &mut Warnings) -
     })
 }
 
-/// The textures of the description; what is used twice is there once.
-#[derive(Default)]
-pub(super) struct Gallery {
-    /// As the description has them.
-    pub textures: Vec<Texture>,
-    by_key: HashMap<String, usize>,
-    images: HashMap<(String, bool, bool), Arc<Image>>,
-}
-
-impl Gallery {
-    /// The index of a map's texture.
-    pub fn add(&mut self, map: &Map, purpose: Use, files: &mut Files) -> Result<usize> {
-        let (name, transform) = (map.picture.name(), map.transform);
-        let srgb = map.srgb && purpose != Use::Normals;
-        let key = format!(
-            "{name:?} {srgb} {:?} {} {transform:?} {purpose:?}",
-            map.wrap, map.nearest
-        );
-        if let Some(&index) = self.by_key.get(&key) {
-            return Ok(index);
-        }
-        let image = self.image(map, srgb, purpose == Use::Alpha, files)?;
-        self.by_key.insert(key, self.textures.len());
-        self.textures.push(Texture {
-            image,
-            wrap: [map.wrap; 2],
-            nearest: map.nearest,
-            transform,
-        });
-        Ok(self.textures.len() - 1)
-    }
-
-    /// The mean of a map's channels.
-    pub fn mean(&mut self, map: &Map, files: &mut Files) -> Result<f32> {
-        let image = self.image(map, map.srgb, true, files)?;
-        let (sum, count) = match &image.pixels {
-            Pixels::Srgb8(pixels) | Pixels::Linear8(pixels) => (
-                pixels.iter().map(|pixel| f64::from(pixel[3]) / 255.0).sum(),
-                pixels.len(),
-            ),
-            Pixels::Float(pixels) => (
-                pixels.iter().map(|pixel| f64::from(pixel[3])).sum::<f64>(),
-                pixels.len(),
-            ),
-        };
-        Ok((sum / count.max(1) as f64) as f32)
-    }
-
-    fn image(
-        &mut self,
-        map: &Map,
-        srgb: bool,
-        alpha: bool,
-        files: &mut Files,
-    ) -> Result<Arc<Image>> {
-        let key = (map.picture.name(), srgb, alpha);
-        if let Some(image) = self.images.get(&key) {
-            return Ok(Arc::clone(image));
-        }
-        let mut image = match &map.picture {
-            Picture::Made(_, image) => Arc::clone(image),
-            Picture::File(path) => {
-                let space = if srgb {
-                    ColorSpace::Srgb
-                } else {
-                    ColorSpace::Linear
-                };
-                let image =
-                    image::read(path, space).map_err(|error| map.at.error(error.to_string()))?;
-                let hashed = files.hash(path);
-                hashed.map_err(|error| map.at.error(format!("{}: {error}", path.display())))?;
-                Arc::new(image)
-            }
-        };
-        if alpha {
-            image = Arc::new(brightness_as_alpha(&image));
-        }
-        self.images.insert(key, Arc::clone(&image));
-        Ok(image)
-    }
-}
-
 impl Picture {
-    fn name(&self) -> String {
+    /// What tells it from others.
+    pub fn name(&self) -> String {
         match self {
             Self::File(path) => path.display().to_string(),
             Self::Made(name, _) => name.clone(),
         }
-    }
-}
-
-/// An image whose alpha is the mean of its colours, or its own alpha where it has one.
-fn brightness_as_alpha(image: &Image) -> Image {
-    let to_linear = |value: u8| {
-        let value = f32::from(value) / 255.0;
-        // IEC 61966-2-1.
-        if value <= 0.04045 {
-            value / 12.92
-        } else {
-            ((value + 0.055) / 1.055).powf(2.4)
-        }
-    };
-    let bytes = |pixels: &[[u8; 4]], linear: &dyn Fn(u8) -> f32| {
-        let has_alpha = pixels.iter().any(|pixel| pixel[3] < u8::MAX);
-        let table: Vec<f32> = (0..=u8::MAX).map(linear).collect();
-        let gray = |&[r, g, b, a]: &[u8; 4]| {
-            let mean = [r, g, b]
-                .iter()
-                .map(|&c| table[usize::from(c)])
-                .sum::<f32>()
-                / 3.0;
-            let alpha = if has_alpha {
-                a
-            } else {
-                (mean * 255.0).round() as u8
-            };
-            [r, g, b, alpha]
-        };
-        pixels.iter().map(gray).collect::<Vec<_>>()
-    };
-    let pixels = match &image.pixels {
-        Pixels::Srgb8(pixels) => Pixels::Srgb8(bytes(pixels, &to_linear)),
-        Pixels::Linear8(pixels) => {
-            Pixels::Linear8(bytes(pixels, &|value| f32::from(value) / 255.0))
-        }
-        Pixels::Float(pixels) => {
-            let has_alpha = pixels.iter().any(|pixel| pixel[3] < 1.0);
-            let gray =
-                |&[r, g, b, a]: &[f32; 4]| [r, g, b, if has_alpha { a } else { (r + g + b) / 3.0 }];
-            Pixels::Float(pixels.iter().map(gray).collect())
-        }
-    };
-    Image {
-        file: image.file.clone(),
-        pixels,
-        ..*image
     }
 }
