@@ -163,3 +163,15 @@ fn area_normal(positions: &[Vec3], [a, b, c]: [u32; 3]) -> glam::DVec3 {
     let [a, b, c] = [a, b, c].map(|corner| positions[corner as usize].as_dvec3());
     (b - a).cross(c - a)
 }
+
+/// The warning of a file whose triangles without an area were left out.
+pub(super) fn without_area(file: &str, dropped: usize) -> Option<String> {
+    (dropped > 0).then(|| {
+        let triangles = if dropped == 1 {
+            "triangle"
+        } else {
+            "triangles"
+        };
+        format!("{file}: {dropped} {triangles} without an area left out")
+    })
+}

@@ -10,6 +10,7 @@ pub mod framing;
 pub mod gltf;
 pub mod image;
 pub mod light;
+mod lines;
 pub mod mesh;
 pub mod obj;
 pub mod pbrt;

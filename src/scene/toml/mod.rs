@@ -162,7 +162,7 @@ pub fn parse(text: &str, file_name: &str, base_dir: Option<&Path>) -> Result<Des
     })
 }
 
-fn hexadecimal(bytes: &[u8]) -> String {
+pub(super) fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
