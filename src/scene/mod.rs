@@ -8,6 +8,7 @@ pub mod environment;
 mod exr;
 pub mod framing;
 pub mod gltf;
+mod hash;
 pub mod image;
 pub mod light;
 mod lines;

@@ -2,17 +2,21 @@
 //!
 //! Elements are read one at a time, straight into the mesh: nothing is allocated by what a header announces.
 
+use super::description::{Description, NamedMaterial, Object, Shape};
 use super::lines::{LONGEST, Lines};
-use super::mesh::Mesh;
+use super::mesh::{Mesh, without_area};
+use super::{framing, hash};
 use crate::error::{Error, Result};
-use glam::{Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
+use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
+use std::sync::Arc;
 
 /// A mesh as a file has it.
 #[derive(Clone, Debug)]
@@ -33,6 +37,31 @@ pub fn load(path: &Path) -> Result<Loaded> {
         source,
     })?;
     read(BufReader::with_capacity(1 << 20, file), path)
+}
+
+/// Reads a mesh as a scene: it is white, and there is no camera.
+///
+/// # Errors
+/// As [`load`].
+pub fn scene(path: &Path) -> Result<Description> {
+    let Loaded { mesh, dropped } = load(path)?;
+    let mut hasher = Sha256::new();
+    hash::add_file(path, &mut hasher).map_err(|source| Error::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    let shape = Shape::Mesh {
+        mesh: 0,
+        transform: Affine3A::IDENTITY,
+    };
+    Ok(Description {
+        hash: hash::finish(hasher),
+        warnings: without_area(&mesh.name, dropped).into_iter().collect(),
+        meshes: vec![Arc::new(mesh)],
+        materials: vec![NamedMaterial::white()],
+        objects: vec![Object { shape, material: 0 }],
+        ..framing::nothing(&path.display().to_string())
+    })
 }
 
 /// Reads a mesh from anything; errors call it by its `path`.

@@ -2,14 +2,14 @@
 
 mod mtl;
 
-use super::description::{Description, Light, Maps, NamedMaterial, Object, Shape};
+use super::description::{Description, Light, NamedMaterial, Object, Shape};
 use super::framing;
+use super::hash;
 use super::lines::Lines;
 use super::mesh::{Mesh, MeshError, without_area};
 use super::toml::names::quoted;
 use crate::error::{Error, Result};
 use crate::lanes::Rgb;
-use crate::material::Material;
 use glam::{Affine3A, Vec2, Vec3};
 use mtl::Library;
 use sha2::{Digest, Sha256};
@@ -19,7 +19,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Reads a file and the materials it names: a mesh for each material, seen by a camera of [`framing`].
+/// Reads a file and the materials it names: a mesh for each material. There is no camera.
 ///
 /// # Errors
 /// [`Error::Read`], [`Error::Scene`] with the line of what cannot be rendered, and [`Error::Format`].
@@ -245,7 +245,7 @@ impl Reader<'_> {
         let path = self.path;
         let name = path.display().to_string();
         let mut scene = Description {
-            hash: super::toml::hexadecimal(&self.hasher.finalize()),
+            hash: hash::finish(self.hasher),
             textures: self.library.textures,
             warnings: self.library.warnings,
             ..framing::nothing(&name)
@@ -285,10 +285,10 @@ impl Reader<'_> {
                             "{name}:{line}: material {} is in no MTL file; it is white",
                             quoted(wanted)
                         ));
-                        (white(), Rgb::BLACK)
+                        (NamedMaterial::white(), Rgb::BLACK)
                     }
                 },
-                None => (white(), Rgb::BLACK),
+                None => (NamedMaterial::white(), Rgb::BLACK),
             };
             let shape = Shape::Mesh {
                 mesh: scene.meshes.len(),
@@ -319,7 +319,7 @@ impl Reader<'_> {
             ));
         }
         scene.warnings.extend(without_area(&name, dropped));
-        Ok(framing::complete(scene))
+        Ok(scene)
     }
 }
 
@@ -339,14 +339,4 @@ fn float(key: &str, word: Option<&str>) -> std::result::Result<f32, String> {
             let found = word.map_or("the line ends".to_owned(), quoted);
             format!("{key} must be {count} finite numbers, and this is not: {found}")
         })
-}
-
-fn white() -> NamedMaterial {
-    NamedMaterial {
-        name: "white".to_owned(),
-        material: Material::Lambert {
-            albedo: Rgb::new(0.8, 0.8, 0.8),
-        },
-        maps: Maps::default(),
-    }
 }
