@@ -2,5 +2,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod framing;
 mod images;
+mod obj;
 mod ply;

@@ -287,11 +287,8 @@ impl World {
     /// Whether a place can be rendered; the box around everything grows.
     fn check(&mut self, placed: &Placed, geometry: &Geometry, to_world: DAffine3) -> Result<()> {
         let [low, high] = *self.boxes.entry(placed.geometry).or_insert_with(|| {
-            let points = || geometry.mesh().positions.iter().map(|p| p.as_dvec3());
-            [
-                points().fold(DVec3::INFINITY, DVec3::min),
-                points().fold(DVec3::NEG_INFINITY, DVec3::max),
-            ]
+            let (low, high) = geometry.mesh().bounds();
+            [low.as_dvec3(), high.as_dvec3()]
         });
         let matrix = narrow(to_world);
         let determinant = matrix.matrix3.determinant();

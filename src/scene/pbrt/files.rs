@@ -3,6 +3,7 @@
 use super::lexer::{At, Kind, Lexer, Source, Token};
 use super::names::quoted;
 use crate::error::{Error, Result};
+use crate::scene::hash;
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 use std::fs::File;
@@ -142,20 +143,12 @@ impl Files {
 
     /// Adds a file that is decoded elsewhere to the hash.
     pub fn hash(&mut self, path: &Path) -> std::io::Result<()> {
-        let mut file = File::open(path)?;
-        let mut buffer = vec![0; 1 << 16];
-        loop {
-            match file.read(&mut buffer)? {
-                0 => return Ok(()),
-                length => self.hasher.update(&buffer[..length]),
-            }
-        }
+        hash::add_file(path, &mut self.hasher)
     }
 
     /// SHA-256 over everything read, in hexadecimal.
     pub fn digest(&self) -> String {
-        let digest = self.hasher.clone().finalize();
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        hash::finish(self.hasher.clone())
     }
 
     /// The next token of the innermost file, or what has come to its end.
