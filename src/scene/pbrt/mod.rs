@@ -1,6 +1,6 @@
 //! pbrt-v4 scenes (<https://pbrt.org/fileformat-v4>): the part of the format that published scenes use.
 //!
-//! The directives fill a [`reader::Reader`]; [`assemble::World`] makes the description when all was read, for materials
+//! The directives fill a `reader::Reader`; `assemble::World` makes the description when all was read, for materials
 //! and objects may be named before they are defined. What is not supported is replaced by the closest match or left
 //! out, with one warning for each kind.
 //!
