@@ -233,13 +233,21 @@ impl<'a> Reader<'a> {
             return Ok(known.clone());
         }
         let place = format!("images[{}]", image.index());
+        let document = &self.file.document;
+        // The crate's own `source` takes for granted that there is one, with a type.
+        let json = &document.as_json().images[image.index()];
+        let view = json.buffer_view.and_then(|view| document.views().nth(view.value()));
         let read;
-        let bytes = match image.source() {
-            gltf::image::Source::View { view, .. } => self.file.view(&view)?,
-            gltf::image::Source::Uri { uri, .. } => {
+        let bytes = match (&json.uri, view) {
+            (Some(uri), _) => {
                 read = self.file.resource(uri, LARGEST, &place)?;
                 self.hasher.update(&read);
                 &read
+            }
+            (None, Some(view)) => self.file.view(&view)?,
+            (None, None) => {
+                let message = format!("it has neither a uri nor a bufferView; {AGAIN}");
+                return Err(self.file.error(place, message));
             }
         };
         let decoded = image::decode(bytes, &self.file.name(&place), space)?;
