@@ -5,6 +5,7 @@ pub mod builtin;
 pub mod camera;
 pub mod description;
 pub mod environment;
+mod exr;
 pub mod framing;
 pub mod gltf;
 pub mod image;
