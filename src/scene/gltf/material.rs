@@ -236,7 +236,9 @@ impl<'a> Reader<'a> {
         let document = &self.file.document;
         // The crate's own `source` takes for granted that there is one, with a type.
         let json = &document.as_json().images[image.index()];
-        let view = json.buffer_view.and_then(|view| document.views().nth(view.value()));
+        let view = json
+            .buffer_view
+            .and_then(|view| document.views().nth(view.value()));
         let read;
         let bytes = match (&json.uri, view) {
             (Some(uri), _) => {
