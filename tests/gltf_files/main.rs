@@ -8,6 +8,7 @@ mod mutations;
 mod nodes;
 mod primitives;
 mod refusals;
+mod still_life;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
