@@ -184,7 +184,7 @@ def main(path):
         "KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.5},
         "KHR_materials_volume": {"thicknessFactor": 1}}})
     lamp = glb.add("materials", {"name": "lamp", "pbrMetallicRoughness": matte([0.8, 0.8, 0.8], 1),
-        "emissiveFactor": [1.0, 0.85, 0.65], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 14}}})
+        "emissiveFactor": [1.0, 0.85, 0.65], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 9}}})
 
     bead = glb.mesh("bead", lathe(sphere, 12, 24), gold)
     panel = glb.mesh("panel", plane(6, 6), wall)
@@ -196,8 +196,8 @@ def main(path):
         {"name": "glass ball", "mesh": glb.mesh("ball", lathe(sphere, 32, 48), glass), "scale": [0.5] * 3, "translation": [1.3, 0.5, 0.1]},
         {"name": "lamp", "mesh": glb.mesh("lamp", plane(1.2, 1.2), lamp), "translation": [2, 5.5, 2.5], "rotation": turn([1, 0, 0], 180)},
         {"name": "camera", "camera": glb.add("cameras", {"type": "perspective", "perspective": {
-            "yfov": math.radians(32), "aspectRatio": 4 / 3, "znear": 0.1}}),
-            "translation": [0.4, 1.9, 7.4], "rotation": turn([1, 0, 0], -7)},
+            "yfov": math.radians(26), "aspectRatio": 4 / 3, "znear": 0.1}}),
+            "translation": [0.1, 2.2, 7.4], "rotation": turn([1, 0, 0], -9)},
     ]
     roots = [glb.add("nodes", node) for node in nodes]
     beads = []

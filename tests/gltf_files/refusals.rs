@@ -88,7 +88,7 @@ fn an_accessor_beyond_its_buffer_is_refused() {
                 }
             });
         }),
-        "a.gltf: accessors[0]: it has 1099511627776 elements and no bufferView; at most 16777216 are read"
+        "a.gltf: accessors[0]: it has 1099511627776 elements and no bufferView; at most 4194304 are read"
     );
     assert_eq!(
         refused(|asset| {

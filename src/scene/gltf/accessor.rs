@@ -7,7 +7,7 @@ use gltf::accessor::{DataType, Dimensions};
 use gltf::buffer::View;
 
 /// Greatest count of an accessor without a buffer view: it takes no bytes in the file.
-const MOST_ZEROS: usize = 1 << 24;
+const MOST_ZEROS: usize = 1 << 22;
 
 impl File<'_> {
     /// The vectors of an accessor, normalised where it says so.

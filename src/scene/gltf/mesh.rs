@@ -122,17 +122,15 @@ impl<'a> Reader<'a> {
 
 /// The triangles of corners in a row (glTF 2.0, sec. 3.7.2.1). Corners that are left over make none.
 fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
-    match (mode, corners) {
+    let of_row = |(index, row): (usize, &[u32])| match mode {
+        Mode::TriangleFan => [row[1], row[2], corners[0]],
         // The front of every other triangle of a strip is turned.
-        (Mode::TriangleStrip, _) => corners
-            .array_windows()
-            .enumerate()
-            .map(|(index, &[a, b, c])| if index % 2 == 0 { [a, b, c] } else { [a, c, b] })
-            .collect(),
-        (Mode::TriangleFan, [hub, rim @ ..]) => {
-            rim.array_windows().map(|&[a, b]| [a, b, *hub]).collect()
-        }
-        _ => corners.as_chunks().0.to_vec(),
+        _ if index % 2 == 1 => [row[0], row[2], row[1]],
+        _ => [row[0], row[1], row[2]],
+    };
+    match mode {
+        Mode::Triangles => corners.as_chunks().0.to_vec(),
+        _ => corners.windows(3).enumerate().map(of_row).collect(),
     }
 }
 

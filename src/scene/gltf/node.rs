@@ -180,21 +180,20 @@ impl<'a> Reader<'a> {
 
     fn add(&mut self, part: &Part, world: DAffine3, place: &str) -> Result<()> {
         let transform = single(world);
-        if !(transform.matrix3.determinant() != 0.0 && transform.inverse().is_finite()) {
-            self.notes
-                .tell(place, "meshes that their node flattens are left out");
-            return Ok(());
-        }
         let corners = [part.low, part.high];
         let is_far = (0..8).any(|corner| {
             let at = |axis: usize| corners[corner >> axis & 1][axis];
-            let point = transform.transform_point3(Vec3::new(at(0), at(1), at(2)));
-            !(point.abs().max_element() <= FARTHEST)
+            !is_near(transform.transform_point3(Vec3::new(at(0), at(1), at(2))))
         });
         if is_far {
             let message =
                 format!("its mesh reaches beyond ±1e9; {AGAIN}, nearer to the origin or smaller");
             return Err(self.file.error(place, message));
+        }
+        if !(transform.matrix3.determinant() != 0.0 && transform.inverse().is_finite()) {
+            self.notes
+                .tell(place, "meshes that their node flattens are left out");
+            return Ok(());
         }
         let shape = Shape::Mesh {
             mesh: part.mesh,
@@ -323,8 +322,7 @@ impl<'a> Reader<'a> {
             .transform_vector3(DVec3::NEG_Z)
             .normalize_or_zero()
             .as_vec3();
-        let lost = !(position.abs().max_element() <= FARTHEST) || direction == Vec3::ZERO;
-        if lost {
+        if !is_near(position) || direction == Vec3::ZERO {
             return Err(self.file.error(
                 place,
                 format!("its node is flattened or beyond ±1e9; {AGAIN}"),
@@ -360,6 +358,11 @@ impl<'a> Reader<'a> {
         });
         Ok(())
     }
+}
+
+/// Whether a point can be part of a scene; not if it is not finite.
+fn is_near(point: Vec3) -> bool {
+    point.to_array().iter().all(|c| c.abs() <= FARTHEST)
 }
 
 fn single(transform: DAffine3) -> Affine3A {
