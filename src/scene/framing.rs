@@ -1,6 +1,8 @@
 //! A camera and a sky for files that have none.
 
-use super::description::{Camera, Environment};
+use super::description::{
+    Camera, Description, Environment, FilmDescription, Filter, NamedCamera, RenderDefaults, Shape,
+};
 use crate::lanes::Rgb;
 use glam::{DVec3, Vec3};
 
@@ -37,4 +39,59 @@ pub fn soft_sky() -> Environment {
         horizon: Rgb::new(0.75, 0.75, 0.75),
         ground: Rgb::new(0.2, 0.19, 0.18),
     }
+}
+
+/// A description of nothing, to be filled by a loader.
+pub(super) fn nothing(name: &str) -> Description {
+    Description {
+        name: name.to_owned(),
+        hash: String::new(),
+        cameras: Vec::new(),
+        film: FilmDescription {
+            width: 256,
+            height: 256,
+            filter: Filter::default(),
+        },
+        render: RenderDefaults::default(),
+        materials: Vec::new(),
+        objects: Vec::new(),
+        lights: Vec::new(),
+        punctual: Vec::new(),
+        environment: None,
+        meshes: Vec::new(),
+        textures: Vec::new(),
+        warnings: Vec::new(),
+    }
+}
+
+/// Adds a camera and a sky where there is no camera and no light.
+pub(super) fn complete(mut scene: Description) -> Description {
+    if scene.cameras.is_empty() {
+        let (low, high) = bounds(&scene);
+        scene.cameras.push(NamedCamera {
+            name: "camera".to_owned(),
+            camera: frame(low, high),
+        });
+    }
+    if scene.lights.is_empty() && scene.punctual.is_empty() && scene.environment.is_none() {
+        scene.environment = Some(soft_sky());
+    }
+    scene
+}
+
+/// The box around all meshes, world space.
+fn bounds(scene: &Description) -> (Vec3, Vec3) {
+    let objects = scene.objects.iter().map(|object| &object.shape);
+    let lights = scene.lights.iter().map(|light| &light.shape);
+    let mut corners = objects.chain(lights).filter_map(|shape| match shape {
+        Shape::Mesh { mesh, transform } => Some((&scene.meshes[*mesh], transform)),
+        _ => None,
+    });
+    let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    corners.by_ref().fold(empty, |bounds, (mesh, transform)| {
+        mesh.positions.iter().fold(bounds, |(low, high), &point| {
+            let point = transform.transform_point3(point);
+            (low.min(point), high.max(point))
+        })
+    })
 }

@@ -32,6 +32,14 @@ pub enum ColorSpace {
 /// [`Error::Read`], and [`Error::Format`] where it is no image that is understood, or a side of it has more than 16384
 /// pixels.
 pub fn read(path: &Path, space: ColorSpace) -> Result<Image> {
+    decode(&bytes(path)?, &path.display().to_string(), space)
+}
+
+/// The bytes of an image file.
+///
+/// # Errors
+/// [`Error::Read`], and [`Error::Format`] where there are too many.
+pub(super) fn bytes(path: &Path) -> Result<Vec<u8>> {
     let cannot_read = |source| Error::Read {
         path: path.to_owned(),
         source,
@@ -44,7 +52,7 @@ pub fn read(path: &Path, space: ColorSpace) -> Result<Image> {
     if bytes.len() as u64 > LARGEST_FILE {
         return Err(Error::format(path, "is larger than 1 GiB; scale it down"));
     }
-    decode(&bytes, &path.display().to_string(), space)
+    Ok(bytes)
 }
 
 /// Decodes an image. Errors call it by its name, whose ending also tells a TGA, which nothing else does.

@@ -2,19 +2,21 @@
 //!
 //! Elements are read one at a time, straight into the mesh: nothing is allocated by what a header announces.
 
-use super::mesh::Mesh;
+use super::description::{Description, NamedMaterial, Object, Shape};
+use super::lines::{LONGEST, Lines};
+use super::mesh::{Mesh, without_area};
+use super::{framing, hash};
 use crate::error::{Error, Result};
-use glam::{Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
+use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-
-/// Greatest size of a header, and of a line, bytes: what is longer is no text.
-const LONGEST: u64 = 1 << 20;
+use std::sync::Arc;
 
 /// A mesh as a file has it.
 #[derive(Clone, Debug)]
@@ -37,6 +39,31 @@ pub fn load(path: &Path) -> Result<Loaded> {
     read(BufReader::with_capacity(1 << 20, file), path)
 }
 
+/// Reads a mesh as a scene: it is white, and there is no camera.
+///
+/// # Errors
+/// As [`load`].
+pub fn scene(path: &Path) -> Result<Description> {
+    let Loaded { mesh, dropped } = load(path)?;
+    let mut hasher = Sha256::new();
+    hash::add_file(path, &mut hasher).map_err(|source| Error::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    let shape = Shape::Mesh {
+        mesh: 0,
+        transform: Affine3A::IDENTITY,
+    };
+    Ok(Description {
+        hash: hash::finish(hasher),
+        warnings: without_area(&mesh.name, dropped).into_iter().collect(),
+        meshes: vec![Arc::new(mesh)],
+        materials: vec![NamedMaterial::white()],
+        objects: vec![Object { shape, material: 0 }],
+        ..framing::nothing(&path.display().to_string())
+    })
+}
+
 /// Reads a mesh from anything; errors call it by its `path`.
 ///
 /// # Errors
@@ -56,11 +83,9 @@ pub fn read(mut source: impl BufRead, path: &Path) -> Result<Loaded> {
     // The reader already counts the line after the header.
     let line = head.line() - 1;
     let mut body = Body {
-        source,
+        lines: Lines::after(line, source),
         path,
         encoding: header.encoding,
-        line,
-        text: Vec::new(),
     };
     let elements: Vec<&ElementDef> = header.elements.values().collect();
     let mesh = body.mesh(&elements)?;
@@ -72,12 +97,9 @@ pub fn read(mut source: impl BufRead, path: &Path) -> Result<Loaded> {
 
 /// What follows the header.
 struct Body<'a, R> {
-    source: R,
+    lines: Lines<R>,
     path: &'a Path,
     encoding: Encoding,
-    /// The line read last, from 1, and its text.
-    line: usize,
-    text: Vec<u8>,
 }
 
 impl<R: BufRead> Body<'_, R> {
@@ -139,20 +161,21 @@ impl<R: BufRead> Body<'_, R> {
         let parser = Parser::<E>::new();
         for index in 0..element.count {
             let read = match self.encoding {
-                Encoding::Ascii => self.next_line().and_then(|text| {
-                    let read = parser.read_ascii_element(text, element);
+                Encoding::Ascii => self.lines.next().and_then(|text| {
+                    let text = text.ok_or(TRUNCATED)?;
+                    let read = parser.read_ascii_element(&text, element);
                     read.map_err(|error| in_a_line(&error))
                 }),
                 Encoding::BinaryLittleEndian => parser
-                    .read_little_endian_element(&mut self.source, element)
+                    .read_little_endian_element(self.lines.source(), element)
                     .map_err(|error| binary_cause(&error)),
                 Encoding::BinaryBigEndian => parser
-                    .read_big_endian_element(&mut self.source, element)
+                    .read_big_endian_element(self.lines.source(), element)
                     .map_err(|error| binary_cause(&error)),
             };
             read.and_then(&mut keep).map_err(|cause| {
                 let line = match self.encoding {
-                    Encoding::Ascii => format!("line {}: ", self.line),
+                    Encoding::Ascii => format!("line {}: ", self.lines.number),
                     _ => String::new(),
                 };
                 let (name, count) = (&element.name, element.count);
@@ -163,21 +186,6 @@ impl<R: BufRead> Body<'_, R> {
             })?;
         }
         Ok(())
-    }
-
-    fn next_line(&mut self) -> std::result::Result<&str, String> {
-        self.text.clear();
-        self.line += 1;
-        let mut line = self.source.by_ref().take(LONGEST);
-        match line.read_until(b'\n', &mut self.text) {
-            Ok(0) => Err(TRUNCATED.to_owned()),
-            Ok(length) if length as u64 == LONGEST => {
-                Err("the line is longer than 1 MiB; export the file again".to_owned())
-            }
-            Ok(_) => std::str::from_utf8(&self.text)
-                .map_err(|_| "this is not text; export the file again".to_owned()),
-            Err(error) => Err(format!("cannot read: {error}")),
-        }
     }
 }
 

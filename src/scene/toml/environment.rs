@@ -1,24 +1,20 @@
 //! The environment, and lat-long images of it.
 
+use super::files::Files;
 use super::reader::{Table, Value};
 use crate::error::Result;
 use crate::lanes::Rgb;
 use crate::scene::description::{Environment, LatLong};
 use crate::scene::exr::{self, Raster};
-use sha2::{Digest, Sha256};
-use std::io::{BufReader, Read};
-use std::path::Path;
+use crate::scene::hash;
+use std::io::BufReader;
 use std::sync::Arc;
 
 /// Greatest width and height of an image, pixels: a header may claim any size.
 const LARGEST: (usize, usize) = (16384, 8192);
 
 /// `[environment]`. The bytes of an image enter the scene's hash.
-pub(super) fn environment(
-    value: Value,
-    base_dir: Option<&Path>,
-    hasher: &mut Sha256,
-) -> Result<Environment> {
+pub(super) fn environment(value: Value, files: &mut Files) -> Result<Environment> {
     const OWNER: &str = "[environment]";
     let table = value.table(OWNER)?;
     let known = ["constant", "gradient", "image", "rotate_degrees"];
@@ -59,7 +55,7 @@ pub(super) fn environment(
             rotate_degrees: rotation.map_or(Ok(0.0), |value| {
                 value.number_where("from -360 to 360", |degrees| degrees.abs() <= 360.0)
             })?,
-            image: Arc::new(image(kind, base_dir, hasher)?),
+            image: Arc::new(image(kind, files)?),
         }),
     }
 }
@@ -77,20 +73,8 @@ fn gradient(table: Table) -> Result<Environment> {
     })
 }
 
-fn image(value: Value, base_dir: Option<&Path>, hasher: &mut Sha256) -> Result<LatLong> {
-    let named = value.text()?;
-    if named.is_empty() {
-        return Err(value.error("image is empty; name a lat-long EXR file"));
-    }
-    let path = match base_dir {
-        Some(folder) => folder.join(named),
-        None if Path::new(named).is_absolute() => named.into(),
-        None => {
-            return Err(value.error(
-                "image is relative to the scene file, and this scene is not a file; give an absolute path, or save the scene to a file",
-            ));
-        }
-    };
+fn image(value: Value, files: &mut Files) -> Result<LatLong> {
+    let path = files.path(value, "a lat-long EXR file")?;
     let (width, height, pixels) = std::fs::File::open(&path)
         .map_err(|error| format!("cannot read: {error}"))
         .and_then(|file| {
@@ -100,7 +84,7 @@ fn image(value: Value, base_dir: Option<&Path>, hasher: &mut Sha256) -> Result<L
         })
         .and_then(twice_as_wide)
         .map_err(|message| value.error(format!("image {}: {message}", path.display())))?;
-    hash_file(&path, hasher)
+    hash::add_file(&path, &mut files.hasher)
         .map_err(|error| value.error(format!("image {}: cannot read: {error}", path.display())))?;
     Ok(LatLong {
         file: path.display().to_string(),
@@ -108,17 +92,6 @@ fn image(value: Value, base_dir: Option<&Path>, hasher: &mut Sha256) -> Result<L
         height,
         pixels,
     })
-}
-
-fn hash_file(path: &Path, hasher: &mut Sha256) -> std::io::Result<()> {
-    let mut file = std::fs::File::open(path)?;
-    let mut buffer = vec![0; 1 << 16];
-    loop {
-        match file.read(&mut buffer)? {
-            0 => return Ok(()),
-            length => hasher.update(&buffer[..length]),
-        }
-    }
 }
 
 fn twice_as_wide<P>((width, height, pixels): Raster<P>) -> std::result::Result<Raster<P>, String> {
