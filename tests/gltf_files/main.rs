@@ -13,8 +13,8 @@ mod still_life;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use ondine::error::Result;
+use ondine::scene::builtin;
 use ondine::scene::description::{Description, Shape};
-use ondine::scene::gltf;
 use ondine::scene::mesh::Mesh;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -193,7 +193,8 @@ fn read(name: &str, bytes: &[u8]) -> Result<Description> {
 }
 
 fn read_in(folder: &Path, name: &str) -> Result<Description> {
-    let mut scene = gltf::load(&folder.join(name))?;
+    let file = folder.join(name);
+    let mut scene = builtin::open(file.to_str().expect("a name"))?;
     let prefix = format!("{}/", folder.display());
     for line in &mut scene.warnings {
         *line = line.replace(&prefix, "");

@@ -46,7 +46,7 @@ fn read_all(name: &str, copies: impl Iterator<Item = Vec<u8>>) -> (usize, usize)
     let (mut read, mut refused) = (0, 0);
     for copy in copies {
         std::fs::write(folder.path().join(name), &copy).expect("a file");
-        match gltf::load(&folder.path().join(name)) {
+        match read_in(folder.path(), name) {
             Ok(_) => read += 1,
             Err(error) => {
                 refused += 1;

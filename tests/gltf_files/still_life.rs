@@ -5,7 +5,7 @@ use ondine::material::Material;
 
 fn still_life() -> Description {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    gltf::load(&scenes.join("still-life.glb")).expect("a scene")
+    read_in(&scenes, "still-life.glb").expect("a scene")
 }
 
 #[test]

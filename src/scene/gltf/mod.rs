@@ -14,15 +14,12 @@ mod material;
 mod mesh;
 mod node;
 
-use super::description::{
-    Description, FilmDescription, Filter, Image, NamedCamera, RenderDefaults, Shape,
-};
-use super::framing;
+use super::description::{Description, Image};
 use super::image::ColorSpace;
 use super::toml::names::quoted;
+use super::{framing, hash};
 use crate::error::Result;
 use file::{AGAIN, File};
-use glam::Vec3;
 use material::{Surface, TextureKey};
 use mesh::Part;
 use sha2::{Digest, Sha256};
@@ -42,55 +39,24 @@ const EXTENSIONS: [&str; 8] = [
     "KHR_texture_transform",
 ];
 
-/// Reads a scene. Without a camera one is put before it, without any light it is under a soft sky.
-///
-/// # Errors
-/// Those of [`load_meshes`].
-pub fn load(path: &Path) -> Result<Description> {
-    let mut scene = load_meshes(path)?;
-    if scene.cameras.is_empty() {
-        let (low, high) = bounds(&scene);
-        scene.cameras.push(NamedCamera {
-            name: "camera".to_owned(),
-            camera: framing::frame(low, high),
-        });
-    }
-    if scene.lights.is_empty() && scene.punctual.is_empty() {
-        scene.environment = Some(framing::soft_sky());
-    }
-    Ok(scene)
-}
+/// Pixels on the longer side of an image.
+const LONGER_SIDE: u32 = 512;
 
-/// Reads what the file itself says: there may be no camera and no light.
+/// Reads a scene as it stands in the file: there may be no camera and no light.
 ///
 /// # Errors
 /// [`Error::Read`](crate::error::Error::Read) where the file cannot be read,
 /// [`Error::Scene`](crate::error::Error::Scene) where it is not the JSON of glTF, and
 /// [`Error::Format`](crate::error::Error::Format) at the first thing that cannot be rendered.
-pub fn load_meshes(path: &Path) -> Result<Description> {
+pub fn load(path: &Path) -> Result<Description> {
     let mut hasher = Sha256::new();
     let file = File::open(path, &mut hasher)?;
     let name = path.display().to_string();
+    let mut description = framing::nothing(&name);
+    description.film.width = LONGER_SIDE;
+    description.film.height = LONGER_SIDE;
     let mut reader = Reader {
-        description: Description {
-            name: name.clone(),
-            hash: String::new(),
-            cameras: Vec::new(),
-            film: FilmDescription {
-                width: 512,
-                height: 512,
-                filter: Filter::default(),
-            },
-            render: RenderDefaults::default(),
-            materials: Vec::new(),
-            objects: Vec::new(),
-            lights: Vec::new(),
-            punctual: Vec::new(),
-            environment: None,
-            meshes: Vec::new(),
-            textures: Vec::new(),
-            warnings: Vec::new(),
-        },
+        description,
         file: &file,
         hasher,
         notes: Notes::default(),
@@ -112,11 +78,7 @@ pub fn load_meshes(path: &Path) -> Result<Description> {
             format!("there are no triangles to render; {AGAIN}, with meshes in its scene");
         return Err(file.error("scene", message));
     }
-    description.hash = hasher
-        .finalize()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
+    description.hash = hash::finish(hasher);
     description.warnings = notes.lines(&name);
     Ok(description)
 }
@@ -205,19 +167,4 @@ impl Notes {
         };
         self.0.into_iter().map(line).collect()
     }
-}
-
-/// The box around everything.
-fn bounds(scene: &Description) -> (Vec3, Vec3) {
-    let shapes = scene.objects.iter().map(|object| object.shape);
-    let mut all = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    for shape in shapes.chain(scene.lights.iter().map(|light| light.shape)) {
-        if let Shape::Mesh { mesh, transform } = shape {
-            for &point in &scene.meshes[mesh].positions {
-                let point = transform.transform_point3(point);
-                all = (all.0.min(point), all.1.max(point));
-            }
-        }
-    }
-    all
 }

@@ -1,8 +1,8 @@
 //! Nodes: where meshes, cameras and lights stand.
 
-use super::Reader;
 use super::file::AGAIN;
 use super::mesh::Part;
+use super::{LONGER_SIDE, Reader};
 use crate::error::Result;
 use crate::lanes::Rgb;
 use crate::scene::description::{Camera, Light, NamedCamera, Object, Punctual, Shape};
@@ -16,8 +16,6 @@ use gltf::{Accessor, Node};
 const FARTHEST: f32 = 1e9;
 /// Sine of the smallest angle between a camera's up and its axis.
 const PARALLEL: f64 = 1e-4;
-/// Pixels on the longer side of an image, where a camera gives the ratio of the sides.
-const LONGER_SIDE: f32 = 512.0;
 
 impl<'a> Reader<'a> {
     /// Visits the nodes of the default scene, parents first, in file order.
@@ -259,7 +257,8 @@ impl<'a> Reader<'a> {
                 );
             }
             if self.description.cameras.is_empty() {
-                let side = |ratio: f32| (LONGER_SIDE * ratio.min(1.0)).round().max(1.0) as u32;
+                let side =
+                    |ratio: f32| (LONGER_SIDE as f32 * ratio.min(1.0)).round().max(1.0) as u32;
                 self.description.film.width = side(aspect);
                 self.description.film.height = side(1.0 / aspect);
             }
