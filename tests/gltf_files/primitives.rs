@@ -198,8 +198,8 @@ fn triangles_without_an_area_are_left_out_and_counted() {
     assert_eq!(
         scene.warnings,
         [
-            "a.gltf: meshes[0].primitives[0]: 2 triangles without an area are left out",
-            "a.gltf: meshes[0].primitives[1]: primitives without an area are left out"
+            "a.gltf: meshes[0].primitives[1]: primitives without an area are left out",
+            "a.gltf: 2 triangles without an area left out"
         ]
     );
 }

@@ -9,14 +9,17 @@ use crate::scene::description::{Alpha, Image, Maps, NamedMaterial, Texture, Wrap
 use crate::scene::image::{self, ColorSpace};
 use glam::{Affine2, Mat2, Vec2};
 use gltf::json::extensions::texture::TextureTransform;
-use gltf::material::AlphaMode;
+use gltf::material::{AlphaMode, PbrMetallicRoughness};
 use gltf::texture::{MagFilter, WrappingMode};
+use sha2::Digest;
 use std::sync::Arc;
 
 /// Least transmission of what is rendered as glass.
 const GLASSY: f32 = 0.5;
 /// Alpha at which blending becomes a cut-out.
 const HALF: f32 = 0.5;
+/// Beyond all matter, and still a number to work with.
+const LARGEST_IOR: f32 = 1e3;
 /// Greatest size of an image file, bytes.
 const LARGEST: u64 = 1 << 30;
 
@@ -80,33 +83,15 @@ impl<'a> Reader<'a> {
         }
         let [color, metallic_roughness, normals, emissive] = slots;
         let color = self.texture(color, ColorSpace::Srgb, &place)?;
-        let [r, g, b, alpha] = pbr.base_color_factor();
-        let alpha = match material.alpha_mode() {
-            AlphaMode::Opaque => None,
-            AlphaMode::Mask => Some((alpha, material.alpha_cutoff().unwrap_or(HALF))),
-            AlphaMode::Blend if color.is_none() && alpha >= 1.0 => None,
-            AlphaMode::Blend => {
-                self.notes.tell(
-                    &place,
-                    "alphaMode BLEND is rendered as a cut-out at alpha 0.5",
-                );
-                Some((alpha, HALF))
-            }
-        };
-        let alpha = alpha.map(|(factor, cutoff)| Alpha {
-            texture: color,
-            factor,
-            cutoff,
-        });
+        let alpha = self.alpha(material, color, &place);
         let ior = material.ior().unwrap_or(1.5);
-        if ior.is_nan() || ior < 1.0 {
+        if ior < 1.0 {
             self.notes.tell(&place, "an ior below 1 is taken as 1");
         }
-        let ior = ior.clamp(1.0, 1e3);
-        let transmission = material
-            .transmission()
-            .map_or(0.0, |t| t.transmission_factor());
-        let (material_, maps) = if transmission >= GLASSY {
+        let ior = ior.clamp(1.0, LARGEST_IOR);
+        let transmission = material.transmission();
+        let transmission = transmission.map_or(0.0, |all| all.transmission_factor());
+        let (scattering, maps) = if transmission >= GLASSY {
             self.notes.tell(&place, "transmission is rendered as solid, smooth and clear glass, whatever its tint, roughness and thickness");
             let maps = Maps {
                 alpha,
@@ -118,17 +103,10 @@ impl<'a> Reader<'a> {
                 self.notes
                     .tell(&place, "transmission below 0.5 is left out");
             }
-            let factors = [r, g, b, pbr.metallic_factor(), pbr.roughness_factor()];
-            if factors.iter().any(|factor| !(0.0..=1.0).contains(factor)) {
-                self.notes.tell(&place, "factors are clamped to [0, 1]");
-            }
-            let [r, g, b, metallic, roughness] = factors.map(|factor| factor.clamp(0.0, 1.0));
             let scale = normal.map_or(1.0, |normal| normal.scale());
             if !scale.is_finite() {
-                return Err(self.file.error(
-                    &place,
-                    format!("its normalTexture.scale is not finite; {AGAIN}"),
-                ));
+                let message = format!("its normalTexture.scale is not finite; {AGAIN}");
+                return Err(self.file.error(&place, message));
             }
             let normals = self.texture(normals, ColorSpace::Linear, &place)?;
             let maps = Maps {
@@ -137,33 +115,11 @@ impl<'a> Reader<'a> {
                 normal: normals.map(|texture| (texture, scale)),
                 alpha,
             };
-            let material = Material::Principled {
-                base_color: Rgb::new(r, g, b),
-                metallic,
-                roughness,
-                ior,
-            };
-            (material, maps)
+            (self.principled(&pbr, ior, &place), maps)
         };
-        let strength = material.emissive_strength().unwrap_or(1.0);
-        let radiance = material.emissive_factor().map(|factor| factor * strength);
-        if radiance
-            .iter()
-            .any(|channel| !(channel.is_finite() && *channel >= 0.0))
-        {
-            let message = format!(
-                "its emission is {radiance:?}, and radiance is finite and at least 0; {AGAIN}"
-            );
-            return Err(self.file.error(&place, message));
-        }
-        let emission = if dark || radiance == [0.0; 3] {
-            None
-        } else {
-            Some(Emission {
-                radiance: radiance.into(),
-                texture: self.texture(emissive, ColorSpace::Srgb, &place)?,
-                two_sided: material.double_sided(),
-            })
+        let emission = match dark {
+            true => None,
+            false => self.emission(material, emissive, &place)?,
         };
         let surface = Surface {
             material: self.description.materials.len(),
@@ -176,11 +132,77 @@ impl<'a> Reader<'a> {
                 (None, Some(index)) => format!("material {index}"),
                 (None, None) => "default material".to_owned(),
             },
-            material: material_,
+            material: scattering,
             maps,
         });
         self.surfaces.insert(material.index(), surface);
         Ok(surface)
+    }
+
+    fn principled(&mut self, pbr: &PbrMetallicRoughness, ior: f32, place: &str) -> Material {
+        let [r, g, b, _] = pbr.base_color_factor();
+        let factors = [r, g, b, pbr.metallic_factor(), pbr.roughness_factor()];
+        if factors.iter().any(|factor| !(0.0..=1.0).contains(factor)) {
+            self.notes.tell(place, "factors are clamped to [0, 1]");
+        }
+        let [r, g, b, metallic, roughness] = factors.map(|factor| factor.clamp(0.0, 1.0));
+        Material::Principled {
+            base_color: Rgb::new(r, g, b),
+            metallic,
+            roughness,
+            ior,
+        }
+    }
+
+    fn alpha(
+        &mut self,
+        material: &gltf::Material,
+        texture: Option<usize>,
+        place: &str,
+    ) -> Option<Alpha> {
+        let [.., factor] = material.pbr_metallic_roughness().base_color_factor();
+        let cutoff = match material.alpha_mode() {
+            AlphaMode::Opaque => return None,
+            AlphaMode::Mask => material.alpha_cutoff().unwrap_or(HALF),
+            AlphaMode::Blend if texture.is_none() && factor >= 1.0 => return None,
+            AlphaMode::Blend => {
+                let message = "alphaMode BLEND is rendered as a cut-out at alpha 0.5";
+                self.notes.tell(place, message);
+                HALF
+            }
+        };
+        Some(Alpha {
+            texture,
+            factor,
+            cutoff,
+        })
+    }
+
+    fn emission(
+        &mut self,
+        material: &gltf::Material,
+        texture: Option<Slot<'a>>,
+        place: &str,
+    ) -> Result<Option<Emission>> {
+        let strength = material.emissive_strength().unwrap_or(1.0);
+        let radiance = material.emissive_factor().map(|factor| factor * strength);
+        if !radiance
+            .iter()
+            .all(|&channel| channel.is_finite() && channel >= 0.0)
+        {
+            let message = format!(
+                "its emission is {radiance:?}, and radiance is finite and at least 0; {AGAIN}"
+            );
+            return Err(self.file.error(place, message));
+        }
+        if radiance == [0.0; 3] {
+            return Ok(None);
+        }
+        Ok(Some(Emission {
+            radiance: radiance.into(),
+            texture: self.texture(texture, ColorSpace::Srgb, place)?,
+            two_sided: material.double_sided(),
+        }))
     }
 
     /// Index into the description's textures.
@@ -227,7 +249,6 @@ impl<'a> Reader<'a> {
     }
 
     fn image(&mut self, image: &gltf::Image, space: ColorSpace) -> Result<Arc<Image>> {
-        use sha2::Digest;
         let key = (image.index(), space);
         if let Some(known) = self.images.get(&key) {
             return Ok(known.clone());

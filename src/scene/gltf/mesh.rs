@@ -5,6 +5,7 @@ use super::file::AGAIN;
 use super::material::Surface;
 use crate::error::Result;
 use crate::scene::mesh::{Mesh, MeshError};
+use crate::scene::toml::names::quoted;
 use glam::{Vec2, Vec3};
 use gltf::mesh::{Mode, Semantic};
 use std::sync::Arc;
@@ -34,22 +35,15 @@ impl<'a> Reader<'a> {
                 continue;
             };
             let name = match mesh.name() {
-                Some(name) => format!("{place} {}", crate::scene::toml::names::quoted(name)),
+                Some(name) => format!("{place} {}", quoted(name)),
                 None => place,
             };
+            let (low, high) = read.bounds();
             parts.push(Part {
                 mesh: self.description.meshes.len(),
                 surface,
-                low: read
-                    .positions
-                    .iter()
-                    .copied()
-                    .fold(Vec3::INFINITY, Vec3::min),
-                high: read
-                    .positions
-                    .iter()
-                    .copied()
-                    .fold(Vec3::NEG_INFINITY, Vec3::max),
+                low,
+                high,
             });
             self.description
                 .meshes
@@ -106,8 +100,7 @@ impl<'a> Reader<'a> {
         };
         match mesh.checked() {
             Ok((mesh, flat)) => {
-                self.notes
-                    .count(place, "triangles without an area are left out", flat);
+                self.flat += flat;
                 Ok(Some(without_unused(mesh)))
             }
             Err(MeshError::Empty) => {

@@ -16,6 +16,7 @@ mod node;
 
 use super::description::{Description, Image};
 use super::image::ColorSpace;
+use super::mesh::without_area;
 use super::toml::names::quoted;
 use super::{framing, hash};
 use crate::error::Result;
@@ -60,6 +61,7 @@ pub fn load(path: &Path) -> Result<Description> {
         file: &file,
         hasher,
         notes: Notes::default(),
+        flat: 0,
         surfaces: HashMap::new(),
         textures: HashMap::new(),
         images: HashMap::new(),
@@ -70,6 +72,7 @@ pub fn load(path: &Path) -> Result<Description> {
     let Reader {
         mut description,
         notes,
+        flat,
         hasher,
         ..
     } = reader;
@@ -80,6 +83,7 @@ pub fn load(path: &Path) -> Result<Description> {
     }
     description.hash = hash::finish(hasher);
     description.warnings = notes.lines(&name);
+    description.warnings.extend(without_area(&name, flat));
     Ok(description)
 }
 
@@ -89,6 +93,8 @@ struct Reader<'a> {
     description: Description,
     hasher: Sha256,
     notes: Notes,
+    /// Triangles without an area.
+    flat: usize,
     /// By the file's material; none is the default one.
     surfaces: HashMap<Option<usize>, Surface>,
     textures: HashMap<TextureKey, usize>,
@@ -125,7 +131,6 @@ struct Notes(Vec<Note>);
 struct Note {
     message: String,
     first: String,
-    count: usize,
     others: usize,
 }
 
@@ -137,19 +142,8 @@ impl Notes {
             None => self.0.push(Note {
                 message,
                 first: place.to_owned(),
-                count: 0,
                 others: 0,
             }),
-        }
-    }
-
-    /// As [`Notes::tell`], with how many there are; nothing where there are none.
-    fn count(&mut self, place: &str, message: &str, count: usize) {
-        if count > 0 {
-            self.tell(place, message);
-            if let Some(note) = self.0.iter_mut().find(|note| note.message == message) {
-                note.count += count;
-            }
         }
     }
 
@@ -159,11 +153,7 @@ impl Notes {
                 0 => String::new(),
                 others => format!(" and {others} more"),
             };
-            let count = match note.count {
-                0 => String::new(),
-                count => format!("{count} "),
-            };
-            format!("{file}: {}{others}: {count}{}", note.first, note.message)
+            format!("{file}: {}{others}: {}", note.first, note.message)
         };
         self.0.into_iter().map(line).collect()
     }
