@@ -256,6 +256,16 @@ pub enum Punctual {
     },
 }
 
+impl Punctual {
+    /// Where it is, world space; a distant light is nowhere.
+    pub fn position(&self) -> Option<Vec3> {
+        match *self {
+            Punctual::Point { position, .. } | Punctual::Spot { position, .. } => Some(position),
+            Punctual::Distant { .. } => None,
+        }
+    }
+}
+
 /// What surrounds everything.
 #[derive(Clone, Debug)]
 pub enum Environment {
