@@ -4,7 +4,7 @@ use super::tally::Tally;
 use crate::bvh::{HitX8, Rays, ShadowRays, Stacks};
 use crate::film::AovSample;
 use crate::lanes::{Batch, Queue, Rgb, Table, Vec3x8, WIDTH, f32x8, u32x8};
-use crate::material::{Bsdf, Kind};
+use crate::material::{Bsdf, Kind, ModulationX8};
 use crate::record;
 use crate::scene::Scene;
 use crate::scene::meshes::TRIANGLE;
@@ -114,7 +114,8 @@ impl Surface for MeshVertexX8 {
     }
     #[inline]
     fn bsdf<B: Bsdf>(&self, table: &Table) -> B {
-        B::load(table, self.vertex.material)
+        let maps = ModulationX8::new(self.color, self.metallic, self.roughness);
+        B::load(table, self.vertex.material).modulate(&maps)
     }
 }
 
