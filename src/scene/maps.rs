@@ -41,7 +41,7 @@ impl MapTable {
         };
         let turn = |maps: &Maps| {
             let matrix = maps.normal.map_or(glam::Mat2::IDENTITY, |(id, _)| {
-                description.textures[id].transform.matrix2.into()
+                description.textures[id].transform.matrix2
             });
             let [a, b, c, d] = matrix.to_cols_array();
             [a, b, c, d, 0.0, 0.0, 0.0, 0.0]

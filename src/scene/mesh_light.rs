@@ -6,7 +6,9 @@
 use super::NONE;
 use super::alias::alias_table;
 use super::description::Description;
+use super::maps::MapTable;
 use super::mesh::Mesh;
+use super::meshes::Cover;
 use super::surface::TriangleX8;
 use crate::lanes::{Rgb, Rgbx8, Vec3x8, WIDTH, f32x8, u32x8};
 use crate::sampling::warp::{self, Pair};
@@ -20,6 +22,8 @@ pub(super) struct MeshLights {
     /// By number, with the ids of their lights, ascending.
     lights: Vec<(usize, MeshLight)>,
     textures: Option<Textures>,
+    /// Where there are lights with holes, those.
+    holes: Option<MapTable>,
 }
 
 /// A light that is a mesh.
@@ -36,6 +40,8 @@ pub(super) struct MeshLight {
     /// Id of the emission texture, or [`NONE`], and its mean.
     texture: u32,
     mean: Rgb,
+    /// Id of the material, where that has holes, or [`NONE`].
+    pierced: u32,
 }
 
 /// Points of mesh lights.
@@ -59,13 +65,23 @@ impl MeshLights {
                 let id = part.light?;
                 let texture = description.lights[id].texture;
                 let mean = texture.map_or(Rgb::WHITE, |id| description.textures[id].image.mean());
+                let bits = |id: Option<usize>| id.map_or(NONE, |id| id as u32);
+                let has_holes = Cover::of(description, part.material) == Cover::Masked;
                 let mesh = Arc::clone(&sources[part.mesh]);
-                Some((id, MeshLight::new(mesh, part.to_world, texture, mean)))
+                let light = MeshLight {
+                    texture: bits(texture),
+                    mean,
+                    pierced: bits(part.material.filter(|_| has_holes)),
+                    ..MeshLight::new(mesh, part.to_world)
+                };
+                Some((id, light))
             })
             .collect();
         let textured = lights.iter().any(|(_, light)| light.texture != NONE);
+        let pierced = lights.iter().any(|(_, light)| light.pierced != NONE);
         Self {
             lights,
+            holes: MapTable::of(description).filter(|_| pierced),
             textures: textured.then(|| Textures::new(description.textures.clone())),
         }
     }
@@ -120,12 +136,19 @@ impl MeshLights {
         let triangle = TriangleX8::new(corners, f32x8::new(outwards));
         let (b, c) = warp::uniform_triangle(point);
         let [p, q, r] = uvs.map(|uv| uv.map(f32x8::new));
-        let uv = |i: usize| (q[i] - p[i]).mul_add(b, (r[i] - p[i]).mul_add(c, p[i]));
+        let along = |i: usize| (q[i] - p[i]).mul_add(b, (r[i] - p[i]).mul_add(c, p[i]));
+        let uv = (along(0), along(1));
+        let mut color = self.color(numbers, uv);
+        if let Some(holes) = &self.holes {
+            let pierced = self.ids(numbers, |light| light.pierced);
+            let whole = f32x8::from_bits(pierced.simd_eq(u32x8::splat(NONE)));
+            color = color.masked(whole | holes.is_there(pierced, uv));
+        }
         MeshPointX8 {
             point: triangle.at(b, c),
             normal: triangle.normal.normalize(),
             triangle: u32x8::new(triangles),
-            color: self.color(numbers, (uv(0), uv(1))),
+            color,
         }
     }
 
@@ -135,17 +158,23 @@ impl MeshLights {
         let Some(textures) = &self.textures else {
             return Rgbx8::ONE;
         };
-        let texture = |number: u32| {
+        textures.color(self.ids(numbers, |light| light.texture), u, v)
+    }
+
+    /// An id of each of these lights; [`NONE`] for a number of none.
+    #[inline]
+    fn ids(&self, numbers: u32x8, id: impl Fn(&MeshLight) -> u32) -> u32x8 {
+        let of = |number: u32| {
             let light = self.lights.get(number as usize);
-            light.map_or(NONE, |(_, light)| light.texture)
+            light.map_or(NONE, |(_, light)| id(light))
         };
-        let ids = u32x8::new(numbers.to_array().map(texture));
-        textures.color(ids, u, v)
+        u32x8::new(numbers.to_array().map(of))
     }
 }
 
 impl MeshLight {
-    fn new(mesh: Arc<Mesh>, to_world: Affine3A, texture: Option<usize>, mean: Rgb) -> Self {
+    /// White, without holes.
+    fn new(mesh: Arc<Mesh>, to_world: Affine3A) -> Self {
         let corner = |c: u32| to_world.transform_point3(mesh.positions[c as usize]);
         let areas = mesh.triangles.iter().map(|&t| area(t.map(corner)));
         let area: f64 = areas.clone().sum();
@@ -154,11 +183,12 @@ impl MeshLight {
         Self {
             columns: alias_table(&chances),
             outwards: 1f32.copysign(to_world.matrix3.determinant()),
-            texture: texture.map_or(NONE, |id| id as u32),
+            texture: NONE,
+            mean: Rgb::WHITE,
+            pierced: NONE,
             area,
             mesh,
             to_world,
-            mean,
         }
     }
 

@@ -63,7 +63,7 @@ pub struct Layer {
 
 /// Where a placed mesh goes.
 #[derive(Clone, Copy, PartialEq)]
-enum Cover {
+pub(super) enum Cover {
     Opaque,
     Masked,
     /// Its alpha is nowhere enough.
@@ -71,8 +71,9 @@ enum Cover {
 }
 
 impl Cover {
-    fn of(maps: &Maps) -> Self {
-        match maps.alpha {
+    pub fn of(description: &Description, material: Option<usize>) -> Self {
+        let maps = material.map(|id| &description.materials[id].maps);
+        match maps.and_then(|maps| maps.alpha) {
             None => Cover::Opaque,
             Some(alpha) if alpha.texture.is_some() => Cover::Masked,
             Some(alpha) if alpha.factor >= alpha.cutoff => Cover::Opaque,
@@ -100,12 +101,7 @@ impl Meshes {
         let mut groups: [[Vec<Placed>; 2]; 2] = Default::default();
         let mut in_world = 0;
         for part in placed {
-            let maps = part.material.map(|id| &description.materials[id].maps);
-            let layer = match maps.map_or(Cover::Opaque, Cover::of) {
-                Cover::Opaque => 0,
-                Cover::Masked => 1,
-                Cover::Nothing => continue,
-            };
+            let layer = usize::from(Cover::of(description, part.material) == Cover::Masked);
             let mesh = &sources[part.mesh];
             let size = mesh.positions.len().max(mesh.triangles.len());
             let alone = part.light.is_some() || count[&part.mesh] == 1;
@@ -304,7 +300,8 @@ fn box_corners((low, high): (Vec3, Vec3)) -> [Vec3; 8] {
     })
 }
 
-/// The meshes of a description and where they are; with those quads that need texture coordinates.
+/// The meshes of a description and where they are; with those quads that need texture coordinates, without what is nothing
+/// but hole.
 pub(super) fn place(description: &Description) -> (Vec<Arc<Mesh>>, Vec<Placed>) {
     let mut sources = description.meshes.clone();
     let mut placed = Vec::new();
@@ -318,7 +315,8 @@ pub(super) fn place(description: &Description) -> (Vec<Arc<Mesh>>, Vec<Placed>) 
             }
             _ => continue,
         };
-        if !sources[mesh].triangles.is_empty() {
+        let is_there = Cover::of(description, material) != Cover::Nothing;
+        if is_there && !sources[mesh].triangles.is_empty() {
             placed.push(Placed {
                 mesh,
                 to_world,

@@ -16,7 +16,7 @@ use std::sync::Arc;
 const CAMERA: &str = "position = [0.3, 1.2, 4.0]\nlook_at = [0.0, 0.2, 0.0]\nvertical_fov = 45.0";
 
 /// A checkerboard of two by two texels, repeated `times`: its alpha is 0 or 1, its colours two.
-fn checkers(times: f32) -> Texture {
+pub fn checkers(times: f32) -> Texture {
     let pixels = vec![
         [255, 200, 90, 255],
         [90, 140, 255, 0],
@@ -36,7 +36,7 @@ fn checkers(times: f32) -> Texture {
     }
 }
 
-fn material(description: &mut Description, material: Material, maps: Maps) -> usize {
+pub fn material(description: &mut Description, material: Material, maps: Maps) -> usize {
     description.materials.push(NamedMaterial {
         name: format!("material {}", description.materials.len()),
         material,
@@ -49,10 +49,21 @@ fn material(description: &mut Description, material: Material, maps: Maps) -> us
 fn everything() -> Description {
     let mut description = empty(CAMERA);
     description.environment = Some(Environment::Constant(Rgb::new(0.1, 0.15, 0.2)));
-    description.textures = vec![checkers(3.0)];
+    description.textures = vec![
+        checkers(3.0),
+        Texture {
+            nearest: false,
+            ..checkers(7.0)
+        },
+    ];
     let color = Maps {
         color: Some(0),
         ..Maps::default()
+    };
+    let all = Maps {
+        metallic_roughness: Some(0),
+        normal: Some((1, 0.3)),
+        ..color
     };
     let holes = Maps {
         alpha: Some(Alpha {
@@ -70,6 +81,18 @@ fn everything() -> Description {
         reflectance: Rgb::splat(0.9),
     };
     let glossy = material(&mut description, glossy, Maps::default());
+    let principled = Material::Principled {
+        base_color: Rgb::splat(0.9),
+        metallic: 0.8,
+        roughness: 0.9,
+        ior: 1.5,
+    };
+    let principled = material(&mut description, principled, all);
+    let glass = material(
+        &mut description,
+        Material::Glass { ior: 1.4 },
+        Maps::default(),
+    );
     description.objects.push(Object {
         shape: Shape::Sphere {
             center: Vec3::new(-0.9, 0.3, -0.5),
@@ -87,18 +110,15 @@ fn everything() -> Description {
             Quat::from_rotation_x(x),
             Vec3::new(x, 0.0, 0.8),
         );
-        add(
-            &mut description,
-            &shared,
-            place,
-            if i % 2 == 0 { 0 } else { glossy },
-        );
+        let id = [principled, glossy, 0, glass, principled][i];
+        add(&mut description, &shared, place, id);
     }
     let screen = sheet(Vec3::new(-0.7, -0.2, 0.2), Vec3::X * 1.8, Vec3::Y * 1.1, 2);
     add(&mut description, &screen, Affine3A::IDENTITY, pierced);
     let lamp = sheet(Vec3::new(0.2, 1.9, -0.4), Vec3::X * 0.8, Vec3::Z * 0.8, 2);
     add_light(&mut description, &lamp, Affine3A::IDENTITY, Rgb::splat(5.0));
     description.lights[0].texture = Some(0);
+    description.lights[0].material = Some(pierced);
     add_light(
         &mut description,
         &ball(1, false),

@@ -8,6 +8,7 @@ mod render;
 mod bits;
 mod images;
 mod lamps;
+mod maps;
 mod sources;
 mod surfaces;
 
