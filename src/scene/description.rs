@@ -149,6 +149,8 @@ pub struct NamedMaterial {
 }
 
 /// The textures of a material, by index into [`Description::textures`]; each multiplies what the material says.
+///
+/// A quad has texture coordinates from 0 to 1 along `u` and `v`; a sphere has none, and is as if it had no maps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Maps {
     /// Albedo, reflectance, diffuse or base colour.

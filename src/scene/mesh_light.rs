@@ -14,6 +14,7 @@ use crate::lanes::{Rgb, Rgbx8, Vec3x8, WIDTH, f32x8, u32x8};
 use crate::sampling::warp::{self, Pair};
 use crate::texture::Textures;
 use glam::{Affine3A, Vec3};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// The lights that are meshes.
@@ -59,12 +60,17 @@ pub(super) struct MeshPointX8 {
 impl MeshLights {
     pub fn new(description: &Description) -> Self {
         let (sources, placed) = super::meshes::place(description);
+        let mut means = HashMap::new();
+        let mut mean = |id: usize| {
+            let image = &description.textures[id].image;
+            *means.entry(id).or_insert_with(|| image.mean())
+        };
         let lights: Vec<(usize, MeshLight)> = placed
             .into_iter()
             .filter_map(|part| {
                 let id = part.light?;
                 let texture = description.lights[id].texture;
-                let mean = texture.map_or(Rgb::WHITE, |id| description.textures[id].image.mean());
+                let mean = texture.map_or(Rgb::WHITE, &mut mean);
                 let bits = |id: Option<usize>| id.map_or(NONE, |id| id as u32);
                 let has_holes = Cover::of(description, part.material) == Cover::Masked;
                 let mesh = Arc::clone(&sources[part.mesh]);

@@ -209,6 +209,11 @@ impl Meshes {
         }
     }
 
+    /// How many parts are in the world; the others are instances.
+    pub(super) fn parts_in_world(&self) -> u32 {
+        self.firsts.len() as u32
+    }
+
     /// The id, among those of primitives, of triangles of parts in the world; of instances, a number that is no id.
     #[inline]
     pub fn primitive(&self, hit: &HitX8) -> u32x8 {

@@ -217,6 +217,9 @@ impl Meshes {
                 tangents(&triangle, &corners.uvs)
             });
         }
+        // Rays meet an instance in its own space, from where rounding comes as far as its coordinates are from the world's.
+        let placed = f32x8::from_bits(hit.instance.simd_ge(u32x8::splat(self.parts_in_world())));
+        let away = corners.translation.max_abs() & placed;
         // Seen from behind, where the interpolated normal shows its front, the triangle's own serves.
         let same_side =
             (ns.dot(wo) * ng.dot(wo)).simd_gt(f32x8::ZERO) & ns.dot(ng).simd_gt(f32x8::ZERO);
@@ -224,7 +227,7 @@ impl Meshes {
             position: triangle.at(b, c),
             ng,
             ns: Vec3x8::select(same_side, ns, ng),
-            offset: triangle.size * POSITION_ERROR,
+            offset: triangle.size.fast_max(away) * POSITION_ERROR,
             uv,
             material: corners.material,
             light: corners.light,
