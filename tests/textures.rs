@@ -247,17 +247,18 @@ fn huge_coordinates_wrap_exactly() {
     let pixels = formats(4, 4, 104).into_iter().next().expect("a format");
     let image = image(4, 4, pixels);
     let textures: Vec<Texture> = WRAPS.map(|wrap| texture(&image, [wrap; 2], true)).into();
-    // Multiples of an eighth that f32 holds; odd ones are centres of texels.
+    // Exact in f32; odd numbers of eighths are centres of texels.
     let exact = [
-        1_000_000.125f32,
-        -1_000_000.125,
-        999_999.875,
-        -999_999.375,
+        8_000_001.0f32,
+        -8_000_001.0,
+        7_999_999.0,
+        -7_999_995.0,
         3e9,
         -3e9,
         f32::MAX,
         f32::MIN,
-    ];
+    ]
+    .map(|eighths| eighths / 8.0);
     for id in 0..3 {
         agrees(
             &textures,

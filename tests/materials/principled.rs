@@ -35,44 +35,65 @@ fn ggx_oracle(alpha: f64, wo: V, wi: V) -> (f64, f64, f64) {
     (value, pdf, 0.5 * dot(h, h).sqrt())
 }
 
-/// The bound of what a coat of reflectance (1 − cos)⁵ reflects, and its mean by midpoints.
-fn bound_oracle(alpha: f64) -> (impl Fn(f64) -> f64, f64) {
-    let bound = move |cos: f64| {
-        let x = 1.0 - cos;
+struct Oracle {
+    base: f64,
+    metallic: f64,
+    alpha: f64,
+    /// Reflectance of the coat along its normal and at grazing angles.
+    coat: [f64; 2],
+    mean_through: f64,
+}
+
+impl Oracle {
+    fn new([base, metallic, roughness, ior]: [f64; 4]) -> Self {
+        let normal = ((ior - 1.0) / (ior + 1.0)).powi(2);
+        let mut oracle = Self {
+            base,
+            metallic,
+            alpha: roughness * roughness,
+            coat: [normal, (50.0 * normal).min(1.0)],
+            mean_through: 0.0,
+        };
+        const STEPS: i32 = 10_000;
+        for i in 0..STEPS {
+            let cos = (f64::from(i) + 0.5) / f64::from(STEPS);
+            oracle.mean_through += 2.0 * cos * oracle.through(cos) / f64::from(STEPS);
+        }
+        oracle
+    }
+
+    /// The bound of what a surface of reflectance (1 − cos)⁵ reflects.
+    fn bound(&self, cos: f64) -> f64 {
+        let (x, alpha) = (1.0 - cos, self.alpha);
         let polynomial =
             0.01 * alpha + (0.23 + 1.2 * alpha) * x.powi(3) + (0.77 - 0.92 * alpha) * x.powi(5);
         polynomial / (1.0 + 6.0 * alpha + 20.0 * alpha * alpha)
-    };
-    const STEPS: i32 = 10_000;
-    let cosine = |i: i32| (f64::from(i) + 0.5) / f64::from(STEPS);
-    let mean = (0..STEPS)
-        .map(|i| 2.0 * cosine(i) * bound(cosine(i)))
-        .sum::<f64>()
-        / f64::from(STEPS);
-    (bound, mean)
-}
+    }
 
-fn principled_oracle([base, metallic, roughness, ior]: [f64; 4], wo: V, wi: V) -> (f64, f64) {
-    let (alpha, dielectric) = (roughness * roughness, 1.0 - metallic);
-    let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
-    let f90 = (50.0 * f0).min(1.0);
-    let (specular, density, cos_h) = ggx_oracle(alpha, wo, wi);
-    let schlick = |f0: f64, f90: f64| f0 + (f90 - f0) * (1.0 - cos_h).powi(5);
-    let fresnel = dielectric * schlick(f0, f90) + metallic * schlick(base, 1.0);
+    fn through(&self, cos: f64) -> f64 {
+        let [normal, grazing] = self.coat;
+        1.0 - normal - (grazing - normal) * self.bound(cos)
+    }
 
-    let (bound, mean) = bound_oracle(alpha);
-    let through = |bound: f64| 1.0 - f0 - (f90 - f0) * bound;
-    let (out, into) = (through(bound(wo[2])), through(bound(wi[2])));
-    let diffuse = dielectric * base / PI * out * into / through(mean);
+    fn eval(&self, wo: V, wi: V) -> (f64, f64) {
+        let (metallic, dielectric) = (self.metallic, 1.0 - self.metallic);
+        let [normal, grazing] = self.coat;
+        let (specular, density, cos_h) = ggx_oracle(self.alpha, wo, wi);
+        let schlick = |f0: f64, f90: f64| f0 + (f90 - f0) * (1.0 - cos_h).powi(5);
+        let fresnel = dielectric * schlick(normal, grazing) + metallic * schlick(self.base, 1.0);
 
-    let along = dielectric * f0 + metallic * base;
-    let grazing = dielectric * f90 + metallic;
-    let reflected = along + (grazing - along) * bound(wo[2]);
-    let p = reflected / (reflected + dielectric * base * out);
-    (
-        fresnel * specular + diffuse * wi[2],
-        p * density + (1.0 - p) * wi[2] / PI,
-    )
+        let (out, into) = (self.through(wo[2]), self.through(wi[2]));
+        let diffuse = dielectric * self.base / PI * out * into / self.mean_through;
+
+        let along = dielectric * normal + metallic * self.base;
+        let grazing = dielectric * grazing + metallic;
+        let reflected = along + (grazing - along) * self.bound(wo[2]);
+        let p = reflected / (reflected + dielectric * self.base * out);
+        (
+            fresnel * specular + diffuse * wi[2],
+            p * density + (1.0 - p) * wi[2] / PI,
+        )
+    }
 }
 
 #[test]
@@ -81,11 +102,9 @@ fn principled_agrees_with_its_oracle() {
         for metallic in [0.0, 0.25, 1.0] {
             for ior in [1.0, 1.1, 1.5, 2.4] {
                 let bsdf: Principled = load(material(Rgb::splat(0.6), metallic, roughness, ior));
-                let parameters = [0.6, metallic, roughness, ior].map(f64::from);
+                let oracle = Oracle::new([0.6f32, metallic, roughness, ior].map(f64::from));
                 let spread = roughness * roughness;
-                agrees_with(bsdf, 80, spread, [relative, 1e-9], |o, w| {
-                    principled_oracle(parameters, o, w)
-                });
+                agrees_with(bsdf, 80, spread, [relative, 1e-9], |o, w| oracle.eval(o, w));
             }
         }
     }
