@@ -266,7 +266,7 @@ impl Tracing {
                 Queue::with_capacity(in_holes),
             ],
             cutout_hits: Vec::with_capacity(in_holes.div_ceil(WIDTH)),
-            stacks: Stacks::default(),
+            stacks: Default::default(),
         }
     }
 }

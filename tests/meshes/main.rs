@@ -6,6 +6,7 @@ mod common;
 mod render;
 
 mod bits;
+mod hulls;
 mod images;
 mod lamps;
 mod maps;

@@ -91,7 +91,7 @@ fn a_normal_map_turns_normals_as_its_image_shows_them() {
                 place.transform_vector3(Vec3::X),
                 place.transform_vector3(-Vec3::Z),
             );
-            let inverse = glam::Mat2::from(transform.matrix2).inverse();
+            let inverse = transform.matrix2.inverse();
             let s = (u * inverse.x_axis.x + v * inverse.x_axis.y).normalize();
             let t = (u * inverse.y_axis.x + v * inverse.y_axis.y).normalize();
             let normal = s * local.x - t * local.y + Vec3::Y * local.z;

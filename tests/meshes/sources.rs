@@ -114,7 +114,7 @@ fn of_millions_of_triangles_each_is_found() {
     let mut random = Random::new(511);
     // By eighths of the ball, and by the parity of their number.
     let mut observed = vec![0u64; 16];
-    let mut areas = vec![0.0; 16];
+    let mut areas = [0.0; 16];
     for (i, t) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = t.map(|i| mesh.positions[i as usize].as_dvec3());
         let bin = 2 * (i >> 18) + (i & 1);
