@@ -15,7 +15,7 @@ use std::sync::Arc;
 pub struct Description {
     /// Where it came from: a path as the user named it, or the name of a built-in scene.
     pub name: String,
-    /// SHA-256, in hexadecimal, of the scene's text and then of the image file it names, if any.
+    /// SHA-256, in hexadecimal, of the scene's text and of the files it names.
     pub hash: String,
     /// The cameras, in file order; the first renders unless another is asked for by name. At least one.
     pub cameras: Vec<NamedCamera>,
@@ -146,6 +146,19 @@ pub struct NamedMaterial {
     pub material: Material,
     /// What varies over the surface.
     pub maps: Maps,
+}
+
+impl NamedMaterial {
+    /// What a mesh without a material is made of.
+    pub fn white() -> Self {
+        Self {
+            name: "white".to_owned(),
+            material: Material::Lambert {
+                albedo: Rgb::new(0.8, 0.8, 0.8),
+            },
+            maps: Maps::default(),
+        }
+    }
 }
 
 /// The textures of a material, by index into [`Description::textures`]; each multiplies what the material says.
@@ -333,6 +346,7 @@ macro_rules! names {
 
 names!(Strategy, "strategy": "uniform" = Uniform, "cosine" = Cosine, "light" = Light, "mis" = Mis);
 names!(SamplerKind, "sampler": "pcg" = Pcg, "sobol" = Sobol);
+names!(Wrap, "wrap": "repeat" = Repeat, "mirror" = Mirror, "clamp" = Clamp);
 names!(Filter, "filter": "box" = Box, "tent" = Tent, "gaussian" = Gaussian);
 
 /// The choice of that name, or an error that lists all.
