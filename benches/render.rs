@@ -27,7 +27,7 @@ fn whole_loop(criterion: &mut Criterion) {
     for sampler in [SamplerKind::Pcg, SamplerKind::Sobol] {
         let setup = Setup::cornell(side, sampler, None);
         let ctx = setup.context();
-        let mut ws = Workspace::new(wave(0, 0).paths(), &setup.scene.kinds, false);
+        let mut ws = Workspace::new(wave(0, 0).paths(), &setup.scene, false);
         group.bench_function(format!("cornell/{sampler}"), |bencher| {
             bencher.iter(|| {
                 let region = Region::full(side, side);

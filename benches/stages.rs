@@ -63,7 +63,7 @@ fn bench(
 fn first_edge(setup: &Setup) -> Workspace {
     let ctx = setup.context();
     let wave = wave(0, 0);
-    let mut ws = Workspace::new(wave.paths(), &setup.scene.kinds, false);
+    let mut ws = Workspace::new(wave.paths(), &setup.scene, false);
     ws.start(wave.paths());
     generate::camera_rays(&ctx, &wave, &mut ws.rays);
     closest(&ctx, ctx.enclosed, &mut ws);
@@ -75,8 +75,8 @@ fn second_edge(setup: &Setup) -> Workspace {
     let ctx = setup.context();
     let mut ws = first_edge(setup);
     let vertices = &ws.vertices[Lambert::KIND as usize];
-    shade::shade::<Lambert>(&ctx, 1, vertices, &mut ws.next_rays);
-    nee::sample_lights::<Lambert>(&ctx, 1, vertices, &mut ws.shadow_rays);
+    shade::shade::<Lambert, _>(&ctx, 1, vertices, &mut ws.next_rays);
+    nee::sample_lights::<Lambert, _>(&ctx, 1, vertices, &mut ws.shadow_rays);
     intersect::visible(ctx.scene, &ws.shadow_rays, &mut ws.visible);
     ws.swap_rays();
     closest(&ctx, true, &mut ws);
@@ -147,7 +147,7 @@ fn shade_kind<B: Bsdf>(
     let vertices = &ws.vertices[B::KIND as usize];
     bench(group, &format!("{kind}/{sampler}"), vertices.len(), || {
         ws.next_rays.clear();
-        shade::shade::<B>(&ctx, 1, black_box(vertices), &mut ws.next_rays);
+        shade::shade::<B, _>(&ctx, 1, black_box(vertices), &mut ws.next_rays);
     });
 }
 
@@ -173,7 +173,7 @@ fn nee_kind<B: Bsdf>(
     let vertices = &ws.vertices[B::KIND as usize];
     bench(group, &format!("{kind}/{sampler}"), vertices.len(), || {
         ws.shadow_rays.clear();
-        nee::sample_lights::<B>(&ctx, 1, black_box(vertices), &mut ws.shadow_rays);
+        nee::sample_lights::<B, _>(&ctx, 1, black_box(vertices), &mut ws.shadow_rays);
     });
 }
 

@@ -40,7 +40,7 @@
 //! | 5 | [`mod@render`]: tiles go to rayon workers, one workspace each; [`stats`]: what it took |
 //! | 4 | [`wavefront`]: the loop, its five stages, their queues |
 //! | 3 | [`scene`]: what a scene file says, and the tables that kernels read |
-//! | 2 | [`shape`]: spheres and quads; [`material`]: one file for each BSDF; [`film`]: exact pixels, OpenEXR, PNG |
+//! | 2 | [`shape`]: spheres and quads; [`bvh`]: the tree of triangles; [`material`]: one file for each BSDF; [`film`]: exact pixels, OpenEXR, PNG |
 //! | 1 | [`sampling`]: random numbers with names, and the warps they go through; [`texture`]: images on surfaces |
 //! | 0 | [`lanes`]: eight-lane vectors, colours, records, queues; [`error`]: what can go wrong |
 //!
@@ -54,6 +54,14 @@
 //!
 //! Masks are `f32x8` with all bits of a lane on or off, and a scalar oracle in `tests/` holds each wide kernel to the
 //! textbook. There is one shading path, and it is the wide one.
+//!
+//! # Meshes
+//!
+//! A ray asks the shapes first, then the tree of triangles with that distance as its limit, then a second tree of those that
+//! have holes: what most meshes are never pays for a cut-out. Hits on meshes have queues of their own, for they carry two
+//! normals and what textures say; a scene without meshes takes no step for them. The geometric normal decides which side a
+//! direction is on and where rays start, the shading normal what is reflected. A mesh that emits is one light, whose
+//! triangles are chosen by area: so its density is the same all over, and no triangle needs a number but to be chosen by.
 //!
 //! # The same bits
 //!

@@ -196,7 +196,7 @@ pub fn render(
         control.stop.load(Ordering::Relaxed) || deadline.is_some_and(|end| Instant::now() >= end)
     };
     let tallies = pool.broadcast(|_| {
-        let mut ws = Workspace::new(plan.largest_wave(), &scene.kinds, ctx.first_hits);
+        let mut ws = Workspace::new(plan.largest_wave(), &scene, ctx.first_hits);
         while !stopped() {
             let Some(wave) = plan.wave(next.fetch_add(1, Ordering::Relaxed)) else {
                 break;

@@ -235,3 +235,27 @@ fn tent_inverts_its_distribution() {
         assert_close(below, f64::from(u), 0.0, 1e-7, "cdf");
     }
 }
+
+#[test]
+fn uniform_triangle_covers_equal_parts_equally() {
+    // The triangle b, c ≥ 0, b + c ≤ 1 in SIDE² congruent triangles.
+    const SIDE: usize = 32;
+    let mut observed = vec![0; SIDE * SIDE];
+    let mut random = Random::new(30);
+    for _ in 0..SAMPLES / 8 {
+        let (b, c) = warp::uniform_triangle(random.pair());
+        for i in 0..8 {
+            let (b, c) = (f64::from(b.as_array()[i]), f64::from(c.as_array()[i]));
+            assert!(b >= 0.0 && c >= 0.0 && b + c <= 1.0, "({b}, {c})");
+            let (x, y) = (b * SIDE as f64, c * SIDE as f64);
+            let (column, row) = ((x as usize).min(SIDE - 1), (y as usize).min(SIDE - 1));
+            let upper = x.fract() + y.fract() > 1.0;
+            // Row by row, each with its lower triangles and the upper ones between them.
+            let before = row * 2 * SIDE - row * row;
+            observed[before + 2 * column + usize::from(upper)] += 1;
+        }
+    }
+    let expected = vec![SAMPLES as f64 / (SIDE * SIDE) as f64; SIDE * SIDE];
+    let p = chi_square(&observed, &expected);
+    assert!(p > SIGNIFICANCE, "p = {p}");
+}

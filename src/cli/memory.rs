@@ -8,9 +8,9 @@ use crate::render::Settings;
 const PIXEL: u64 = 6 * 16 + 4 + 2 * 12 + 3;
 /// Bytes of a pixel for each number of an extra layer.
 const AOV: u64 = 16;
-/// Bytes of a path in a worker's queues: two rays, a vertex for each of five kinds of material, a ray to a light, an
-/// encounter and what it gathers.
-const PATH: u64 = 768;
+/// Bytes of a path in a worker's queues: two rays, a vertex on a shape and one on a mesh for each of six kinds of material, a
+/// ray to a light, encounters, what it takes to trace them and what they gather.
+const PATH: u64 = 1536;
 
 /// # Errors
 /// [`Error::Usage`] where the render needs more memory than the machine has to give. `Ok` where it does not tell.

@@ -97,7 +97,7 @@ pub trait Batch: Shuffle {
     fn set_lane(&mut self, lane: usize, record: Self::Record);
 }
 
-/// Declares a record in its two shapes from one list of fields.
+/// Declares a record in its two shapes from one list of fields. A record may be a field of another.
 ///
 /// ```
 /// use glam::Vec3;
@@ -144,6 +144,18 @@ macro_rules! record {
             #[inline]
             fn select(mask: $crate::lanes::f32x8, on: &Self, off: &Self) -> Self {
                 Self { $( $field: $crate::lanes::Shuffle::select(mask, &on.$field, &off.$field) ),+ }
+            }
+        }
+
+        impl $crate::lanes::Lane for $one {
+            type Wide = $eight;
+            #[inline]
+            fn get(wide: &$eight, lane: usize) -> Self {
+                $crate::lanes::Batch::lane(wide, lane)
+            }
+            #[inline]
+            fn set(self, wide: &mut $eight, lane: usize) {
+                $crate::lanes::Batch::set_lane(wide, lane, self);
             }
         }
 

@@ -82,6 +82,19 @@ pub fn cone_pdf(one_minus_cos_max: f32x8) -> f32x8 {
     f32x8::splat(0.5 * FRAC_1_PI) / one_minus_cos_max
 }
 
+/// Barycentric coordinates of a triangle's second and third corner, uniform over its area: half of the square is folded onto
+/// the other along the diagonal, so that strata stay whole but for a shear (Heitz 2019, "A Low-Distortion Map Between
+/// Triangle and Square").
+#[inline]
+pub fn uniform_triangle(u: Pair) -> (f32x8, f32x8) {
+    let lower = u.0.simd_gt(u.1);
+    let half = lower.select(u.1, u.0) * 0.5;
+    (
+        lower.select(u.0 - half, half),
+        lower.select(half, u.1 - half),
+    )
+}
+
 /// The unit vector at `1 − z` and an azimuth in turns; exact near the pole.
 #[inline]
 fn polar(one_minus_z: f32x8, turns: f32x8) -> Vec3x8 {

@@ -162,6 +162,8 @@ impl NamedMaterial {
 }
 
 /// The textures of a material, by index into [`Description::textures`]; each multiplies what the material says.
+///
+/// A quad has texture coordinates from 0 to 1 along `u` and `v`; a sphere has none, and is as if it had no maps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Maps {
     /// Albedo, reflectance, diffuse or base colour.
@@ -267,6 +269,16 @@ pub enum Punctual {
         /// W·m⁻² in each channel on a surface that faces it.
         irradiance: Rgb,
     },
+}
+
+impl Punctual {
+    /// Where it is, world space; a distant light is nowhere.
+    pub fn position(&self) -> Option<Vec3> {
+        match *self {
+            Punctual::Point { position, .. } | Punctual::Spot { position, .. } => Some(position),
+            Punctual::Distant { .. } => None,
+        }
+    }
 }
 
 /// What surrounds everything.

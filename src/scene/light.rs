@@ -1,30 +1,37 @@
 //! Light sources, eight lanes at a time: which, where, and with what density.
 
-use super::description::{self, Shape};
+use super::NONE;
+use super::alias::{Alias, chances};
+use super::description::{self, Description, Shape};
 use super::environment::Sky;
-use crate::lanes::{FrameX8, Rgbx8, Row, Table, Vec3x8, f32x8, safe_sqrt, square, u32x8};
+use super::mesh_light::{MeshLight, MeshLights};
+use super::punctual::Punctuals;
+use crate::lanes::{FrameX8, Rgbx8, Table, Vec3x8, f32x8, safe_sqrt, square, u32x8};
 use crate::sampling::warp::{self, Pair};
 use crate::shape::NO_PRIMITIVE;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
-/// The light sources of a scene; their ids are their places in the file, and the sky's comes last.
+/// The light sources of a scene; their ids are their places in the file, then comes the sky's, then those without a surface.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
-    /// Position (3), radius (0 for a quad), area (0 for a sphere), chance of being chosen, primitive id (bits), 1 if two-sided.
+    /// Position (3), radius (0 for a quad, −1 for a mesh), area (0 for a sphere), chance of being chosen, primitive id (bits;
+    /// of a mesh, its first triangle's), 1 if two-sided.
     place: Table,
-    /// Radiance (3), unit normal of a quad (3), 1 ÷ chance of being chosen.
+    /// Radiance (3), unit normal of a quad (3), 1 ÷ chance of being chosen, number of the mesh light (bits).
     radiance: Table,
     /// Edges of a quad (3, 3).
     edges: Table,
     /// The rows of the only light, in all lanes: nothing to gather.
     only: Option<LightX8>,
-    /// Walker's alias table over the ids: threshold, alias (bits).
-    alias: Table,
+    /// Which id.
+    choice: Alias,
     has_spheres: bool,
     has_quads: bool,
     /// The sky's chance of being chosen.
     sky_chance: f32,
+    meshes: MeshLights,
+    punctual: Punctuals,
 }
 
 /// Eight light sources.
@@ -38,6 +45,7 @@ struct LightX8 {
     primitive: u32x8,
     two_sided: f32x8,
     radiance: Rgbx8,
+    mesh: u32x8,
     normal: Vec3x8,
     u: Vec3x8,
     v: Vec3x8,
@@ -56,34 +64,65 @@ pub struct LightSampleX8 {
     pub inverse_pdf: f32x8,
     /// The light's primitive, which casts no shadow on its own light.
     pub primitive: u32x8,
+    /// Mask of the lights that no ray can meet.
+    pub is_punctual: f32x8,
 }
 
 impl Lights {
-    /// From light sources and their primitive ids, the sky, and the radius of a sphere around the scene.
-    pub fn new(lights: &[(description::Light, u32)], sky: Option<&Sky>, scene_radius: f32) -> Self {
-        let mut powers: Vec<f64> = lights.iter().map(|(light, _)| power(light)).collect();
+    /// From a description, with the id of each light's (first) primitive, the sky, and the radius of a sphere around the
+    /// scene.
+    pub fn new(
+        description: &Description,
+        ids: &[u32],
+        sky: Option<&Sky>,
+        scene_radius: f32,
+    ) -> Self {
+        let lights = &description.lights;
+        let mut all = Self {
+            meshes: MeshLights::new(description),
+            punctual: Punctuals::new(&description.punctual, scene_radius),
+            ..Self::default()
+        };
+        let mesh = |id: usize| all.meshes.find(id).map(|(_, mesh)| mesh);
+        let mut powers: Vec<f64> = (0..lights.len())
+            .map(|id| power(&lights[id], mesh(id)))
+            .collect();
         if let Some(sky) = sky {
             let disk = f64::from(PI * scene_radius * scene_radius);
             powers.push(f64::from(sky.integral_luminance()) * disk);
         }
+        let first_punctual = powers.len();
+        powers.extend(all.punctual.powers());
         let chances = chances(&powers);
-        let total: f64 = chances.iter().sum();
 
-        let mut all = Self::default();
         let (mut place, mut radiance, mut edges) = (Vec::new(), Vec::new(), Vec::new());
-        for ((light, primitive), &chance) in lights.iter().zip(&chances) {
-            let (at, radius, area, normal, u, v) = match light.shape {
-                Shape::Sphere { center, radius } => {
+        for (id, ((light, primitive), &chance)) in lights.iter().zip(ids).zip(&chances).enumerate()
+        {
+            let mut number = NONE;
+            let (at, radius, area, normal, u, v) = match (all.meshes.find(id), light.shape) {
+                (Some((found, mesh)), _) => {
+                    number = found;
+                    (
+                        Vec3::ZERO,
+                        -1.0,
+                        mesh.area() as f32,
+                        Vec3::ZERO,
+                        Vec3::ZERO,
+                        Vec3::ZERO,
+                    )
+                }
+                (None, Shape::Sphere { center, radius }) => {
                     all.has_spheres = true;
                     (center, radius, 0.0, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO)
                 }
-                Shape::Quad { corner, u, v } => {
+                (None, Shape::Quad { corner, u, v }) => {
                     all.has_quads = true;
                     let n = u.as_dvec3().cross(v.as_dvec3());
                     let unit = n.normalize().as_vec3();
                     (corner, 0.0, n.length() as f32, unit, u, v)
                 }
-                Shape::Mesh { .. } => todo!("mesh lights"),
+                // Without a triangle.
+                (None, Shape::Mesh { .. }) => Default::default(),
             };
             let (rgb, n) = (light.radiance, normal);
             let side = if light.two_sided { 1.0 } else { 0.0 };
@@ -93,8 +132,9 @@ impl Lights {
             } else {
                 0.0
             };
+            let number = f32::from_bits(number);
             place.push([at.x, at.y, at.z, radius, area, chance as f32, id, side]);
-            radiance.push([rgb.r, rgb.g, rgb.b, n.x, n.y, n.z, inverse, 0.0]);
+            radiance.push([rgb.r, rgb.g, rgb.b, n.x, n.y, n.z, inverse, number]);
             edges.push([u.x, u.y, u.z, v.x, v.y, v.z, 0.0, 0.0]);
         }
         all.place = Table::new(place);
@@ -103,9 +143,11 @@ impl Lights {
         if sky.is_some() {
             all.sky_chance = chances[lights.len()] as f32;
         }
-        if total > 0.0 {
-            all.alias = Table::new(alias_table(&chances));
-            if chances.len() == 1 && sky.is_none() {
+        all.punctual.choose_among_all(first_punctual, &chances);
+        all.choice = Alias::new(&chances);
+        if !all.is_dark() {
+            let is_plain = all.meshes.is_empty() && all.punctual.is_empty() && sky.is_none();
+            if chances.len() == 1 && is_plain {
                 all.only = Some(all.gather(u32x8::ZERO));
             }
         }
@@ -116,7 +158,7 @@ impl Lights {
     #[inline]
     fn gather(&self, id: u32x8) -> LightX8 {
         let [px, py, pz, radius, area, chance, primitive, two_sided] = self.place.gather(id);
-        let [r, g, b, nx, ny, nz, inverse_chance, _] = self.radiance.gather(id);
+        let [r, g, b, nx, ny, nz, inverse_chance, mesh] = self.radiance.gather(id);
         let [ux, uy, uz, vx, vy, vz, ..] = if self.has_quads {
             self.edges.gather(id)
         } else {
@@ -131,6 +173,7 @@ impl Lights {
             primitive: primitive.to_bits(),
             two_sided: two_sided.simd_gt(f32x8::ZERO),
             radiance: Rgbx8::new(r, g, b),
+            mesh: mesh.to_bits(),
             normal: Vec3x8::new(nx, ny, nz),
             u: Vec3x8::new(ux, uy, uz),
             v: Vec3x8::new(vx, vy, vz),
@@ -139,26 +182,43 @@ impl Lights {
 
     /// Whether no light can be chosen: next-event estimation finds nothing.
     pub fn is_dark(&self) -> bool {
-        self.alias.rows().is_empty()
+        self.choice.is_empty()
     }
 
-    /// A light chosen by power, and a point of it, as seen from `from`.
+    /// Whether [`Lights::sample`] looks at the second number of its choice.
+    pub fn has_meshes(&self) -> bool {
+        !self.meshes.is_empty()
+    }
+
+    /// The lights that no ray can meet.
+    pub fn punctual(&self) -> &Punctuals {
+        &self.punctual
+    }
+
+    /// A light chosen by power, and a point of it, as seen from `from`. The second number of `choice` counts only
+    /// [for meshes](Lights::has_meshes).
     #[inline]
     pub fn sample(
         &self,
         sky: Option<&Sky>,
         from: Vec3x8,
-        choice: impl FnOnce() -> f32x8,
+        choice: impl FnOnce() -> Pair,
         point: Pair,
     ) -> LightSampleX8 {
         let (id, gathered);
+        let mut triangle = (f32x8::ZERO, f32x8::ZERO);
         let light = match &self.only {
             Some(only) => {
                 id = u32x8::ZERO;
                 only
             }
             None => {
-                id = self.choose(choice());
+                let choice = choice();
+                let rest;
+                (id, rest) = self.choice.choose(choice.0);
+                if self.has_meshes() {
+                    triangle = (choice.1, rest);
+                }
                 gathered = self.gather(id);
                 &gathered
             }
@@ -169,6 +229,7 @@ impl Lights {
             radiance: light.radiance,
             inverse_pdf: f32x8::ZERO,
             primitive: light.primitive,
+            is_punctual: f32x8::ZERO,
         };
         if self.has_spheres {
             (sample.direction, sample.distance, sample.inverse_pdf) =
@@ -181,7 +242,32 @@ impl Lights {
             sample.distance = is_quad.select(distance, sample.distance);
             sample.inverse_pdf = is_quad.select(inverse_pdf, sample.inverse_pdf);
         }
+        if self.has_meshes() {
+            let is_mesh = light.radius.simd_lt(f32x8::ZERO);
+            // What was chosen may be no light of the table, but the sky, say.
+            let is_mesh = is_mesh & self.is_of_table(id);
+            if is_mesh.any() {
+                let s = self.meshes.sample(is_mesh, light.mesh, triangle, point);
+                let way = s.point - from;
+                let squared = way.length_squared();
+                let distance = squared.sqrt();
+                let direction = way * (f32x8::ONE / distance);
+                let facing = -direction.dot(s.normal);
+                let lit =
+                    (facing.simd_gt(f32x8::ZERO) | light.two_sided) & squared.simd_gt(f32x8::ZERO);
+                let inverse_pdf = (facing.abs() * light.area / squared) & lit;
+                sample.direction = Vec3x8::select(is_mesh, direction, sample.direction);
+                sample.distance = is_mesh.select(distance, sample.distance);
+                sample.radiance = Rgbx8::select(is_mesh, light.radiance * s.color, sample.radiance);
+                sample.inverse_pdf = is_mesh.select(inverse_pdf, sample.inverse_pdf);
+                let primitive = light.primitive + s.triangle;
+                sample.primitive = is_mesh.select(primitive, sample.primitive);
+            }
+        }
         sample.inverse_pdf *= light.inverse_chance;
+        if !self.punctual.is_empty() {
+            self.punctual.sample_among_all(id, from, &mut sample);
+        }
         if let Some(sky) = sky.filter(|_| self.sky_chance > 0.0) {
             let is_sky = f32x8::from_bits(id.simd_eq(u32x8::splat(self.place.rows().len() as u32)));
             if is_sky.any() {
@@ -222,6 +308,27 @@ impl Lights {
         )
     }
 
+    /// The same of a triangle of mesh light `id`, whose outward unit normal and texture coordinates are given.
+    #[inline]
+    pub fn emitted_by_mesh(
+        &self,
+        id: u32x8,
+        direction: Vec3x8,
+        distance: f32x8,
+        normal: Vec3x8,
+        uv: Pair,
+    ) -> (Rgbx8, f32x8) {
+        let light = self.gather(id);
+        let facing = -direction.dot(normal);
+        let inverse_pdf = facing.abs() * light.area / square(distance);
+        let front = facing.simd_gt(f32x8::ZERO);
+        let color = self.meshes.color(light.mesh, uv);
+        (
+            (light.radiance * color).masked(front | light.two_sided),
+            light.chance / inverse_pdf,
+        )
+    }
+
     /// What a ray that leaves the scene sees, and the density with which [`Lights::sample`] would have drawn that direction,
     /// per steradian.
     #[inline]
@@ -230,17 +337,10 @@ impl Lights {
         (radiance, pdf * self.sky_chance)
     }
 
-    /// A light by power, from one number: the alias method (Walker 1977; table by Vose 1991).
+    /// Mask of the ids that are no sky's and no punctual light's.
     #[inline]
-    fn choose(&self, u: f32x8) -> u32x8 {
-        let count = f32x8::splat(self.alias.rows().len() as f32);
-        let scaled = u * count;
-        let column = scaled.floor().fast_min(count - f32x8::ONE);
-        // 1.5·2^23 leaves an integer below 2^22 in the low mantissa bits.
-        let column_id = (column + f32x8::splat(12_582_912.0)).to_bits() & u32x8::splat(0x3f_ffff);
-        let [threshold, alias, ..] = self.alias.gather(column_id);
-        let keep = (scaled - column).simd_lt(threshold);
-        keep.select(column_id, alias.to_bits())
+    fn is_of_table(&self, id: u32x8) -> f32x8 {
+        f32x8::from_bits(id.simd_lt(u32x8::splat(self.place.rows().len() as u32)))
     }
 }
 
@@ -318,71 +418,13 @@ fn sphere_cone(sin2: f32x8) -> (f32x8, f32x8) {
 }
 
 /// Emitted power by luminance, W.
-fn power(light: &description::Light) -> f64 {
+fn power(light: &description::Light, mesh: Option<&MeshLight>) -> f64 {
     let area = match light.shape {
         Shape::Sphere { radius, .. } => 4.0 * f64::from(PI) * f64::from(radius).powi(2),
-        Shape::Quad { u, v, .. } => u.as_dvec3().cross(v.as_dvec3()).length(),
-        Shape::Mesh { .. } => todo!("mesh lights"),
+        Shape::Quad { u, v, .. } if mesh.is_none() => u.as_dvec3().cross(v.as_dvec3()).length(),
+        Shape::Quad { .. } | Shape::Mesh { .. } => mesh.map_or(0.0, MeshLight::area),
     };
     let sides = if light.two_sided { 2.0 } else { 1.0 };
-    f64::from(light.radiance.luminance()) * area * sides * f64::from(PI)
-}
-
-/// The least share of choices that a light with power gets, of what it would get were all alike. A choice has 23 bits:
-/// a rarer light would be chosen by the grain of the random numbers, and not as often as its weight says.
-const LEAST_SHARE: f64 = 1e-3;
-
-/// Chances in proportion to powers, but for [`LEAST_SHARE`]; all 0 where no light has power.
-fn chances(powers: &[f64]) -> Vec<f64> {
-    let total: f64 = powers.iter().sum();
-    let least = LEAST_SHARE * total / powers.len() as f64;
-    let raised = powers
-        .iter()
-        .map(|&power| if power > 0.0 { power.max(least) } else { 0.0 });
-    let total: f64 = raised.clone().sum();
-    raised
-        .map(|power| if total > 0.0 { power / total } else { 0.0 })
-        .collect()
-}
-
-/// Vose's construction: each column keeps its id below the threshold and takes the alias above it.
-fn alias_table(chances: &[f64]) -> Vec<Row> {
-    let count = chances.len();
-    let mut scaled: Vec<f64> = chances.iter().map(|p| p * count as f64).collect();
-    let (mut small, mut large): (Vec<usize>, Vec<usize>) =
-        (0..count).partition(|&id| scaled[id] < 1.0);
-    let mut columns: Vec<(f64, usize)> = (0..count).map(|id| (1.0, id)).collect();
-    while let (Some(&less), Some(&more)) = (small.last(), large.last()) {
-        small.pop();
-        columns[less] = (scaled[less], more);
-        scaled[more] -= 1.0 - scaled[less];
-        if scaled[more] < 1.0 {
-            large.pop();
-            small.push(more);
-        }
-    }
-    // What is left over differs from 1 by rounding alone, but a light of chance 0 must never be chosen.
-    let brightest = (0..count)
-        .max_by(|&a, &b| chances[a].total_cmp(&chances[b]))
-        .unwrap_or(0);
-    for (id, column) in columns.iter_mut().enumerate() {
-        if chances[id] == 0.0 && column.1 == id {
-            *column = (0.0, brightest);
-        }
-    }
-    columns
-        .into_iter()
-        .map(|(threshold, alias)| {
-            [
-                threshold as f32,
-                f32::from_bits(alias as u32),
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-            ]
-        })
-        .collect()
+    let luminance = mesh.map_or(light.radiance, |mesh| mesh.mean_radiance(light.radiance));
+    f64::from(luminance.luminance()) * area * sides * f64::from(PI)
 }

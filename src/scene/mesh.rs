@@ -149,6 +149,17 @@ impl Mesh {
         }
     }
 
+    /// A parallelogram as two triangles; texture coordinates run from 0 to 1 along `u` and `v`.
+    pub(super) fn of_quad(corner: Vec3, u: Vec3, v: Vec3) -> Self {
+        Self {
+            name: "quad".to_owned(),
+            positions: vec![corner, corner + u, corner + u + v, corner + v],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            normals: Vec::new(),
+            uvs: vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
+        }
+    }
+
     /// Bytes it takes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.positions[..])

@@ -1,6 +1,7 @@
 //! Floor 3: scenes. A loader reads a file into a [`description::Description`]; [`Scene::compile`] turns that into the
 //! immutable tables that the kernels read.
 
+mod alias;
 pub mod builtin;
 pub mod camera;
 pub mod description;
@@ -9,22 +10,30 @@ mod exr;
 pub mod framing;
 pub mod gltf;
 mod hash;
+mod hull;
 pub mod image;
 pub mod light;
 mod lines;
+pub mod maps;
 pub mod mesh;
+mod mesh_light;
+pub mod meshes;
 pub mod obj;
 pub mod pbrt;
 pub mod ply;
+mod punctual;
+pub mod surface;
 pub mod toml;
 
 use crate::lanes::{Rgb, Table, Vec3x8, f32x8, u32x8};
 use crate::material::Kind;
-use crate::shape::{Quad, Room, Shapes, Sphere};
-use description::{Description, Shape};
+use crate::shape::{Room, Shapes};
+use description::{Description, Punctual, Shape};
 use environment::Sky;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
+use hull::{add, bounding_radius, enclosing_room, is_hull, normal};
 use light::Lights;
+use meshes::Meshes;
 
 /// The id of no material and of no light.
 pub const NONE: u32 = u32::MAX;
@@ -42,6 +51,8 @@ pub struct Scene {
     pub hull: Shapes,
     /// The shapes that emit.
     pub emitters: Shapes,
+    /// All that is made of triangles; shapes above are not.
+    pub meshes: Option<Meshes>,
     /// Parameters of the materials.
     pub materials: Table,
     /// The material kinds that occur, ascending.
@@ -72,17 +83,10 @@ pub struct SurfaceX8 {
 impl Scene {
     /// Compiles a description.
     pub fn compile(description: &Description) -> Self {
-        let primitives: Vec<(Shape, Option<usize>, Option<usize>)> = description
-            .objects
-            .iter()
-            .map(|object| (object.shape, Some(object.material), None))
-            .chain(
-                description
-                    .lights
-                    .iter()
-                    .enumerate()
-                    .map(|(id, light)| (light.shape, light.material, Some(id))),
-            )
+        let (sources, placed) = meshes::place(description);
+        let (meshes, mut light_ids) = Meshes::compile(description, sources, placed);
+        let primitives: Vec<Primitive> = primitives(description)
+            .filter(|primitive| !meshes::is_mesh(description, primitive))
             .collect();
         let shapes: Vec<Shape> = primitives.iter().map(|primitive| primitive.0).collect();
 
@@ -93,6 +97,7 @@ impl Scene {
             blockers: Shapes::default(),
             hull: Shapes::default(),
             emitters: Shapes::default(),
+            meshes,
             materials: Table::default(),
             kinds: Vec::new(),
             lights: Lights::default(),
@@ -100,9 +105,14 @@ impl Scene {
             albedos: Vec::new(),
             surfaces: Table::default(),
         };
+        let corners = scene.meshes.iter().flat_map(|meshes| meshes.corners);
+        let corners: Vec<Vec3> = corners.collect();
+        // A wall between a lamp and the scene is no hull.
+        let lamps = description.punctual.iter().filter_map(Punctual::position);
+        let points: Vec<Vec3> = corners.iter().copied().chain(lamps).collect();
         let hull: Vec<bool> = shapes
             .iter()
-            .map(|&shape| is_hull(shape, &shapes))
+            .map(|&shape| is_hull(shape, &shapes, &points))
             .collect();
         let transmits = |material: usize| {
             let kind = description.materials[material].material.kind();
@@ -115,12 +125,13 @@ impl Scene {
         if !leaky {
             scene.room = enclosing_room(&shapes, &hull);
         }
-        let (mut lights, mut surfaces) = (Vec::new(), Vec::new());
+        let mut surfaces = Vec::new();
+        let lone = description.lights.len() == 1 && description.punctual.is_empty();
         for (id, (shape, material, light)) in primitives.into_iter().enumerate() {
             let primitive = id as u32;
             add(&mut scene.shapes, shape, primitive);
             // The only light casts no shadow on its own light, and there is no other.
-            let only_light = light.is_some() && description.lights.len() == 1;
+            let only_light = light.is_some() && lone;
             let blocks = !hull[id] && !only_light;
             let part = if blocks {
                 &mut scene.blockers
@@ -130,7 +141,7 @@ impl Scene {
             add(part, shape, primitive);
             if let Some(light) = light {
                 add(&mut scene.emitters, shape, primitive);
-                lights.push((description.lights[light], primitive));
+                light_ids[light] = primitive;
             }
             let kind = material.map(|id| description.materials[id].material.kind());
             scene.kinds.extend(kind);
@@ -138,7 +149,7 @@ impl Scene {
             let (at, inverse_radius) = match shape {
                 Shape::Sphere { center, radius } => (center, 1.0 / radius),
                 Shape::Quad { u, v, .. } => (normal(u, v).as_vec3(), 0.0),
-                Shape::Mesh { .. } => todo!("meshes"),
+                Shape::Mesh { .. } => continue,
             };
             surfaces.push([
                 at.x,
@@ -164,8 +175,8 @@ impl Scene {
             .iter()
             .map(|named| named.material.albedo())
             .collect();
-        let radius = bounding_radius(&shapes);
-        scene.lights = Lights::new(&lights, scene.sky.as_ref(), radius);
+        let radius = bounding_radius(&shapes, &corners);
+        scene.lights = Lights::new(description, &light_ids, scene.sky.as_ref(), radius);
         scene
     }
 
@@ -212,88 +223,16 @@ impl Scene {
     }
 }
 
-fn add(shapes: &mut Shapes, shape: Shape, id: u32) {
-    match shape {
-        Shape::Sphere { center, radius } => shapes.add_sphere(Sphere::new(center, radius), id),
-        Shape::Quad { corner, u, v } => shapes.add_quad(Quad::new(corner, u, v), id),
-        Shape::Mesh { .. } => todo!("meshes"),
-    }
-}
+/// A shape, its material and its light.
+type Primitive = (Shape, Option<usize>, Option<usize>);
 
-fn normal(u: Vec3, v: Vec3) -> DVec3 {
-    u.as_dvec3().cross(v.as_dvec3()).normalize()
-}
-
-/// Whether a shape is a quad with the whole scene on one side of its plane: then no segment between two points of the
-/// scene crosses it, and shadow rays need not ask.
-fn is_hull(shape: Shape, scene: &[Shape]) -> bool {
-    let Shape::Quad { corner, u, v } = shape else {
-        return false;
-    };
-    let (corner, normal) = (corner.as_dvec3(), normal(u, v));
-    let (mut low, mut high) = (0f64, 0f64);
-    for other in scene {
-        let (near, far) = match *other {
-            Shape::Sphere { center, radius } => {
-                let height = normal.dot(center.as_dvec3() - corner);
-                (height - f64::from(radius), height + f64::from(radius))
-            }
-            Shape::Quad {
-                corner: other,
-                u,
-                v,
-            } => [other, other + u, other + v, other + u + v]
-                .iter()
-                .map(|p| normal.dot(p.as_dvec3() - corner))
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| {
-                    (low.min(h), high.max(h))
-                }),
-            Shape::Mesh { .. } => todo!("meshes"),
-        };
-        low = low.min(near);
-        high = high.max(far);
-    }
-    // The corners are f32: what sticks out by their rounding does not count.
-    let tolerance = 1e-6 * (high - low);
-    low >= -tolerance || high <= tolerance
-}
-
-/// The room that the hull makes, and everything else.
-fn enclosing_room(scene: &[Shape], hull: &[bool]) -> Option<(Room, Shapes)> {
-    let mut walls = (Vec::new(), Vec::new());
-    let mut contents = Shapes::default();
-    for (id, (&shape, &is_wall)) in scene.iter().zip(hull).enumerate() {
-        match shape {
-            Shape::Quad { corner, u, v } if is_wall => {
-                walls.0.push((corner, u, v));
-                walls.1.push(id as u32);
-            }
-            _ => add(&mut contents, shape, id as u32),
-        }
-    }
-    Some((Room::new(&walls.0, &walls.1)?, contents))
-}
-
-/// Half the diagonal of the box around all shapes; 1 for an empty scene.
-fn bounding_radius(shapes: &[Shape]) -> f32 {
-    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    for shape in shapes {
-        let (near, far) = match *shape {
-            Shape::Sphere { center, radius } => (center - radius, center + radius),
-            Shape::Quad { corner, u, v } => {
-                let corners = [corner, corner + u, corner + v, corner + u + v];
-                (
-                    corners.iter().copied().fold(Vec3::INFINITY, Vec3::min),
-                    corners.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max),
-                )
-            }
-            Shape::Mesh { .. } => todo!("meshes"),
-        };
-        low = low.min(near);
-        high = high.max(far);
-    }
-    if shapes.is_empty() {
-        return 1.0;
-    }
-    ((high - low).length() / 2.0).max(f32::MIN_POSITIVE)
+/// Everything that has a shape: objects, then lights.
+fn primitives(description: &Description) -> impl Iterator<Item = Primitive> {
+    let objects = description
+        .objects
+        .iter()
+        .map(|object| (object.shape, Some(object.material), None));
+    let lights = description.lights.iter().enumerate();
+    let lights = lights.map(|(id, light)| (light.shape, light.material, Some(id)));
+    objects.chain(lights)
 }

@@ -1,7 +1,7 @@
 //! Stage 5: light reaches its paths. A path's contributions arrive in the order of its edges, whatever the wave.
 
 use super::Context;
-use super::queues::{EncounterX8, ShadowRayX8};
+use super::queues::{EncounterX8, MeshEncounterX8, ShadowRayX8};
 use crate::lanes::{Queue, Rgbx8, f32x8, u32x8};
 use crate::sampling::mis;
 use crate::scene::NONE;
@@ -13,6 +13,35 @@ use wide::f32x4;
 pub fn encounters(ctx: &Context, encounters: &Queue<EncounterX8>, radiance: &mut [[f32; 4]]) {
     for (live, encounter) in encounters.batches() {
         let light = carried(ctx, encounter);
+        add(live, encounter.path, light, radiance);
+    }
+}
+
+/// Adds the light that rays met by themselves on meshes.
+#[inline(never)]
+pub fn mesh_encounters(
+    ctx: &Context,
+    encounters: &Queue<MeshEncounterX8>,
+    radiance: &mut [[f32; 4]],
+) {
+    for (
+        live,
+        MeshEncounterX8 {
+            encounter,
+            ng,
+            u,
+            v,
+        },
+    ) in encounters.batches()
+    {
+        let (emitted, light_pdf) = ctx.scene.lights.emitted_by_mesh(
+            encounter.light,
+            encounter.direction,
+            encounter.distance,
+            *ng,
+            (*u, *v),
+        );
+        let light = weighed(ctx, encounter, emitted, light_pdf);
         add(live, encounter.path, light, radiance);
     }
 }
@@ -69,6 +98,12 @@ fn carried(ctx: &Context, encounter: &EncounterX8) -> Rgbx8 {
             light_pdf = is_sky.select(pdf, light_pdf);
         }
     }
+    weighed(ctx, encounter, emitted, light_pdf)
+}
+
+/// The same, for light that next-event estimation finds with a given density.
+#[inline(always)]
+fn weighed(ctx: &Context, encounter: &EncounterX8, emitted: Rgbx8, light_pdf: f32x8) -> Rgbx8 {
     let weight = match ctx.strategy {
         Strategy::Uniform | Strategy::Cosine => f32x8::ONE,
         // Light sampling could not have found it from the camera or a specular vertex.

@@ -1,9 +1,11 @@
 //! Stage 2: what rays meet. Closest hits go to the queue of their material's kind; on a path's last edge only light is
-//! looked for; shadow rays ask whether anything is between.
+//! looked for; shadow rays ask whether anything is between. What has meshes is traced by [`meshes`].
+
+pub mod meshes;
 
 use super::queues::{EncounterX8, GROUP, PathRayX8, ShadowRayX8, VertexX8};
 use crate::film::AovSample;
-use crate::lanes::{Queue, Vec3x8, f32x8, u32x8};
+use crate::lanes::{Queue, Vec3x8, WIDTH, f32x8, u32x8};
 use crate::scene::{NONE, Scene};
 use crate::shape::{NO_PRIMITIVE, Shapes};
 
@@ -33,30 +35,54 @@ pub fn closest(
             };
         }
         for ((&live, ray), &(distance, primitive)) in live.iter().zip(rays).zip(&hits) {
-            let hit = live & distance.simd_lt(f32x8::splat(f32::INFINITY));
-            let position = ray.direction.mul_add(distance, ray.origin);
-            let surface = scene.surface(primitive, position);
-
-            let vertex = VertexX8 {
-                position,
-                wo: -ray.direction,
-                normal: surface.normal,
-                offset: (position.max_abs() + distance) * POSITION_ERROR,
-                material: surface.material,
-                throughput: ray.throughput,
-                path: ray.path,
-                key: ray.key,
-                index: ray.index,
+            let mut found = Found {
+                vertices,
+                encounters,
             };
-            for &kind in &scene.kinds {
-                let of_kind = surface.kind.simd_eq(u32x8::splat(kind as u32));
-                vertices[kind as usize].push(hit & f32x8::from_bits(of_kind), &vertex);
-            }
-
-            let on_light = hit & f32x8::from_bits(surface.light.simd_ne(u32x8::splat(NONE)));
-            let met = (distance, primitive, on_light);
-            meet(scene, live, ray, met, encounters);
+            found.keep(scene, live, ray, (distance, primitive));
         }
+    }
+}
+
+/// Where what is met goes.
+struct Found<'a> {
+    vertices: &'a mut [Queue<VertexX8>],
+    encounters: &'a mut Queue<EncounterX8>,
+}
+
+impl Found<'_> {
+    /// Keeps what rays met on shapes, or the sky.
+    #[inline(always)]
+    fn keep(
+        &mut self,
+        scene: &Scene,
+        live: f32x8,
+        ray: &PathRayX8,
+        (distance, primitive): (f32x8, u32x8),
+    ) {
+        let hit = live & distance.simd_lt(f32x8::splat(f32::INFINITY));
+        let position = ray.direction.mul_add(distance, ray.origin);
+        let surface = scene.surface(primitive, position);
+
+        let vertex = VertexX8 {
+            position,
+            wo: -ray.direction,
+            normal: surface.normal,
+            offset: (position.max_abs() + distance) * POSITION_ERROR,
+            material: surface.material,
+            throughput: ray.throughput,
+            path: ray.path,
+            key: ray.key,
+            index: ray.index,
+        };
+        for &kind in &scene.kinds {
+            let of_kind = surface.kind.simd_eq(u32x8::splat(kind as u32));
+            self.vertices[kind as usize].push(hit & f32x8::from_bits(of_kind), &vertex);
+        }
+
+        let on_light = hit & f32x8::from_bits(surface.light.simd_ne(u32x8::splat(NONE)));
+        let met = (distance, primitive, on_light);
+        meet(scene, live, ray, met, self.encounters);
     }
 }
 
@@ -130,19 +156,41 @@ pub fn visible(scene: &Scene, shadow_rays: &Queue<ShadowRayX8>, visible: &mut Ve
 /// What each camera ray meets, at the place of its path.
 pub fn first_hits(scene: &Scene, rays: &Queue<PathRayX8>, first_hits: &mut [AovSample]) {
     for (live, ray) in rays.batches() {
-        let (distance, primitive) = scene.shapes.closest(ray.origin, ray.direction);
-        let hit = live & distance.simd_lt(f32x8::splat(f32::INFINITY));
-        let position = ray.direction.mul_add(distance, ray.origin);
-        let surface = scene.surface(primitive, position);
-        let away = surface.normal.dot(ray.direction).simd_gt(f32x8::ZERO);
-        let normal = Vec3x8::select(away, -surface.normal, surface.normal);
-        let hit = hit.to_bitmask();
-        for lane in (0..8).filter(|lane| hit >> lane & 1 == 1) {
-            first_hits[ray.path.as_array()[lane] as usize] = AovSample {
-                albedo: scene.albedo(surface.material.as_array()[lane]).to_array(),
-                normal: normal.lane(lane).to_array(),
-                depth: distance.as_array()[lane],
-            };
-        }
+        let met = scene.shapes.closest(ray.origin, ray.direction);
+        first_hit(scene, live, ray, met, first_hits);
     }
+}
+
+/// The layers of hits on shapes.
+fn first_hit(
+    scene: &Scene,
+    live: f32x8,
+    ray: &PathRayX8,
+    (distance, primitive): (f32x8, u32x8),
+    first_hits: &mut [AovSample],
+) {
+    let hit = live & distance.simd_lt(f32x8::splat(f32::INFINITY));
+    let position = ray.direction.mul_add(distance, ray.origin);
+    let surface = scene.surface(primitive, position);
+    for lane in lanes(hit) {
+        let albedo = scene.albedo(surface.material.as_array()[lane]);
+        first_hits[ray.path.as_array()[lane] as usize] = AovSample {
+            albedo: albedo.to_array(),
+            normal: towards(&surface.normal, &ray.direction, lane),
+            depth: distance.as_array()[lane],
+        };
+    }
+}
+
+/// A normal turned against the ray.
+fn towards(normal: &Vec3x8, direction: &Vec3x8, lane: usize) -> [f32; 3] {
+    let (normal, direction) = (normal.lane(lane), direction.lane(lane));
+    let away = normal.dot(direction) > 0.0;
+    (if away { -normal } else { normal }).to_array()
+}
+
+/// The lanes that are on.
+fn lanes(mask: f32x8) -> impl Iterator<Item = usize> {
+    let bits = mask.to_bitmask();
+    (0..WIDTH).filter(move |lane| bits >> lane & 1 == 1)
 }

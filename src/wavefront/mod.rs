@@ -82,20 +82,27 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
     generate::camera_rays(ctx, wave, &mut ws.rays);
     ws.tally.end(Stage::Generate, ws.rays.len());
     if ctx.first_hits {
-        intersect::first_hits(ctx.scene, &ws.rays, &mut ws.first_hits);
+        match ctx.scene.meshes.as_ref() {
+            Some(meshes) => intersect::meshes::first_hits(ctx, meshes, ws),
+            None => intersect::first_hits(ctx.scene, &ws.rays, &mut ws.first_hits),
+        }
     }
 
+    let meshes = ctx.scene.meshes.as_ref();
     for edge in 1..=ctx.path_length {
         let alive = ws.rays.len();
         if alive == 0 {
             break;
         }
         ws.tally.alive(edge, alive);
-        // On its last edge a path can but find light: no need to know what else it meets.
         let last = edge == ctx.path_length && edge > 1;
+        // On its last edge a path can but find light: no need to know what else it meets.
+        let only_lights = last && !meshes.is_some_and(|meshes| meshes.emits);
 
-        if last {
+        if only_lights {
             intersect::lights(ctx.scene, &ws.rays, &mut ws.encounters);
+        } else if let Some(meshes) = meshes {
+            intersect::meshes::closest(ctx, meshes, last, ws);
         } else {
             intersect::closest(
                 ctx.scene,
@@ -109,15 +116,17 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
         ws.next_rays.clear();
         ws.shadow_rays.clear();
 
-        if last {
+        if only_lights {
             accumulate::shadowed(ctx, &ws.encounters, &mut ws.shadow_rays);
         } else {
             accumulate::encounters(ctx, &ws.encounters, &mut ws.radiance);
+            accumulate::mesh_encounters(ctx, &ws.mesh_encounters, &mut ws.radiance);
         }
-        ws.tally.end(Stage::Accumulate, ws.encounters.len());
+        let encounters = ws.encounters.len() + ws.mesh_encounters.len();
+        ws.tally.end(Stage::Accumulate, encounters);
 
         if edge < ctx.path_length {
-            for kind in &ctx.scene.kinds {
+            for kind in Kind::ALL {
                 match kind {
                     Kind::Lambert => scatter::<Lambert>(ctx, edge, ws),
                     Kind::Mirror => scatter::<Mirror>(ctx, edge, ws),
@@ -131,6 +140,9 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
 
         let shadows = ws.shadow_rays.len();
         intersect::visible(ctx.scene, &ws.shadow_rays, &mut ws.visible);
+        if let Some(meshes) = meshes {
+            intersect::meshes::visible(meshes, &ws.shadow_rays, &mut ws.visible, &mut ws.tracing);
+        }
         ws.tally.end(Stage::Intersect, shadows);
         accumulate::visible(&ws.shadow_rays, &ws.visible, &mut ws.radiance);
         ws.tally.end(Stage::Accumulate, shadows);
@@ -139,18 +151,22 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
     }
 }
 
-/// The two stages that work on the vertices of one material kind.
+/// The two stages that work on the vertices of one material kind, those on shapes and those on meshes.
 fn scatter<B: Bsdf>(ctx: &Context, edge: u32, ws: &mut Workspace) {
-    let vertices = &ws.vertices[B::KIND as usize];
-    if vertices.is_empty() {
+    let on_shapes = &ws.vertices[B::KIND as usize];
+    let on_meshes = &ws.mesh_vertices[B::KIND as usize];
+    let count = on_shapes.len() + on_meshes.len();
+    if count == 0 {
         return;
     }
     if shade::continues::<B>(ctx, edge) {
-        shade::shade::<B>(ctx, edge, vertices, &mut ws.next_rays);
-        ws.tally.end(Stage::Shade, vertices.len());
+        shade::shade::<B, _>(ctx, edge, on_shapes, &mut ws.next_rays);
+        shade::shade::<B, _>(ctx, edge, on_meshes, &mut ws.next_rays);
+        ws.tally.end(Stage::Shade, count);
     }
     if nee::samples_lights::<B>(ctx) {
-        nee::sample_lights::<B>(ctx, edge, vertices, &mut ws.shadow_rays);
-        ws.tally.end(Stage::Nee, vertices.len());
+        nee::sample_lights::<B, _>(ctx, edge, on_shapes, &mut ws.shadow_rays);
+        nee::sample_lights::<B, _>(ctx, edge, on_meshes, &mut ws.shadow_rays);
+        ws.tally.end(Stage::Nee, count);
     }
 }

@@ -1,10 +1,13 @@
 //! Where stages meet: the records that pass between them, and one worker's queues.
 
 use super::tally::Tally;
+use crate::bvh::{HitX8, Rays, ShadowRays, Stacks};
 use crate::film::AovSample;
-use crate::lanes::{Queue, Rgb, WIDTH};
-use crate::material::Kind;
+use crate::lanes::{Batch, Queue, Rgb, Table, Vec3x8, WIDTH, f32x8, u32x8};
+use crate::material::{Bsdf, Kind, ModulationX8};
 use crate::record;
+use crate::scene::Scene;
+use crate::scene::meshes::TRIANGLE;
 use glam::Vec3;
 
 /// Batches that a kernel takes through each of its steps before the next step: the roots and quotients of one wait while
@@ -56,6 +59,67 @@ record! {
 }
 
 record! {
+    /// A hit on a mesh, which waits there too.
+    pub struct MeshVertex, MeshVertexX8 {
+        /// With the shading normal.
+        vertex: Vertex,
+        /// Geometric normal: unit, outwards.
+        ng: Vec3,
+        /// What the material's textures multiply its colour by.
+        color: Rgb,
+        /// Its roughness likewise.
+        roughness: f32,
+        /// Its metallic likewise.
+        metallic: f32,
+    }
+}
+
+/// A vertex as shading kernels see it, on whatever it is.
+pub trait Surface: Batch {
+    /// Whether the shading normal may differ from the geometric one.
+    const SMOOTH: bool;
+    /// What every vertex has, with the shading normal.
+    fn vertex(&self) -> &VertexX8;
+    /// The geometric normal on the side of the shading normal `ns`.
+    fn ng(&self, ns: Vec3x8) -> Vec3x8;
+    /// Its material.
+    fn bsdf<B: Bsdf>(&self, table: &Table) -> B;
+}
+
+impl Surface for VertexX8 {
+    const SMOOTH: bool = false;
+    #[inline]
+    fn vertex(&self) -> &VertexX8 {
+        self
+    }
+    #[inline]
+    fn ng(&self, ns: Vec3x8) -> Vec3x8 {
+        ns
+    }
+    #[inline]
+    fn bsdf<B: Bsdf>(&self, table: &Table) -> B {
+        B::load(table, self.material)
+    }
+}
+
+impl Surface for MeshVertexX8 {
+    const SMOOTH: bool = true;
+    #[inline]
+    fn vertex(&self) -> &VertexX8 {
+        &self.vertex
+    }
+    #[inline]
+    fn ng(&self, ns: Vec3x8) -> Vec3x8 {
+        self.ng * f32x8::ONE.copysign(self.ng.dot(ns))
+    }
+    #[inline]
+    fn bsdf<B: Bsdf>(&self, table: &Table) -> B {
+        let maps = ModulationX8::new(self.color, self.metallic, self.roughness);
+        B::load(table, self.vertex.material).modulate(&maps)
+    }
+}
+
+record! {
     /// A ray that found light by itself.
     pub struct Encounter, EncounterX8 {
         /// World space.
@@ -78,6 +142,20 @@ record! {
 }
 
 record! {
+    /// A ray that found a mesh that emits.
+    pub struct MeshEncounter, MeshEncounterX8 {
+        /// As if it were on any light.
+        encounter: Encounter,
+        /// Geometric normal: unit, outwards.
+        ng: Vec3,
+        /// Texture coordinate.
+        u: f32,
+        /// Texture coordinate.
+        v: f32,
+    }
+}
+
+record! {
     /// A ray to a light, with what it carries if nothing is between.
     pub struct ShadowRay, ShadowRayX8 {
         /// World space, already off the surface.
@@ -95,6 +173,104 @@ record! {
     }
 }
 
+record! {
+    /// A ray on its way through meshes with holes.
+    pub struct CutoutRay, CutoutRayX8 {
+        /// World space.
+        origin: Vec3,
+        /// World space.
+        direction: Vec3,
+        /// Of the last hole; nothing here or nearer is met.
+        nearest: f32,
+        /// Nothing here or farther is met.
+        farthest: f32,
+        /// Triangle of the world that is not met, or an id of none.
+        ignored: u32,
+        /// Its place in the queue it comes from: batch × 8 + lane.
+        place: u32,
+    }
+}
+
+/// Shadow rays end this much before their light, relative to its greatest coordinate: 64 units in the last place. What
+/// touches the light there, such as the triangle next to it, casts no shadow on its point.
+const SHADOW_END: f32 = 64.0 / 16_777_216.0;
+
+impl Rays for PathRayX8 {
+    fn origin(&self) -> &Vec3x8 {
+        &self.origin
+    }
+    fn direction(&self) -> &Vec3x8 {
+        &self.direction
+    }
+}
+
+impl Rays for ShadowRayX8 {
+    fn origin(&self) -> &Vec3x8 {
+        &self.origin
+    }
+    fn direction(&self) -> &Vec3x8 {
+        &self.direction
+    }
+}
+
+impl ShadowRays for ShadowRayX8 {
+    fn farthest(&self) -> f32x8 {
+        self.distance.mul_add(
+            f32x8::splat(1.0 - SHADOW_END),
+            self.origin.max_abs() * -SHADOW_END,
+        )
+    }
+    fn ignored(&self) -> u32x8 {
+        self.target ^ u32x8::splat(TRIANGLE)
+    }
+}
+
+impl Rays for CutoutRayX8 {
+    fn origin(&self) -> &Vec3x8 {
+        &self.origin
+    }
+    fn direction(&self) -> &Vec3x8 {
+        &self.direction
+    }
+    fn nearest(&self) -> f32x8 {
+        self.nearest
+    }
+}
+
+/// What it takes to trace rays through meshes.
+#[derive(Clone, Debug)]
+pub struct Tracing {
+    /// What each ray met: distance, and either a primitive's id as `triangle` and [`NONE`](crate::scene::NONE) as
+    /// `instance`, or a triangle of a part.
+    pub hits: Vec<HitX8>,
+    /// For each batch of shadow rays, a bit for each lane that meets something.
+    pub occluded: Vec<u8>,
+    /// Rays on their way through holes, now and next.
+    pub cutouts: [Queue<CutoutRayX8>; 2],
+    /// What those met.
+    pub cutout_hits: Vec<HitX8>,
+    /// The trees' memory.
+    pub stacks: Stacks,
+}
+
+impl Tracing {
+    /// Room for `paths` rays; for none in holes where there are no holes.
+    fn new(paths: usize, cutouts: bool) -> Self {
+        let batches = paths.div_ceil(WIDTH);
+        let in_holes = if cutouts { paths } else { 0 };
+        Self {
+            hits: Vec::with_capacity(batches),
+            occluded: Vec::with_capacity(batches),
+            cutouts: [
+                Queue::with_capacity(in_holes),
+                Queue::with_capacity(in_holes),
+            ],
+            cutout_hits: Vec::with_capacity(in_holes.div_ceil(WIDTH)),
+            stacks: Default::default(),
+        }
+    }
+}
+
 /// One worker's queues, and the sums of the wave it carries. Nothing in it is shared.
 #[derive(Clone, Debug)]
 pub struct Workspace {
@@ -104,8 +280,14 @@ pub struct Workspace {
     pub next_rays: Queue<PathRayX8>,
     /// Hits, by material kind.
     pub vertices: [Queue<VertexX8>; Kind::ALL.len()],
+    /// Hits on meshes, by material kind.
+    pub mesh_vertices: [Queue<MeshVertexX8>; Kind::ALL.len()],
     /// Rays that found light by themselves.
     pub encounters: Queue<EncounterX8>,
+    /// Those that found it on a mesh.
+    pub mesh_encounters: Queue<MeshEncounterX8>,
+    /// What it takes to trace rays through meshes.
+    pub tracing: Tracing,
     /// Rays to lights.
     pub shadow_rays: Queue<ShadowRayX8>,
     /// For each batch of shadow rays, a bit for each lane that reaches its light.
@@ -119,14 +301,20 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// Room for waves of up to `paths` paths through a scene with the given material kinds.
-    pub fn new(paths: usize, kinds: &[Kind], first_hits: bool) -> Self {
-        let room = |kind: &Kind| if kinds.contains(kind) { paths } else { 0 };
+    /// Room for waves of up to `paths` paths through a scene.
+    pub fn new(paths: usize, scene: &Scene, first_hits: bool) -> Self {
+        let room = |needed: bool| if needed { paths } else { 0 };
+        let meshes = scene.meshes.as_ref();
+        let on_meshes = |kind: Kind| meshes.is_some_and(|meshes| meshes.kinds.contains(&kind));
+        let cutouts = meshes.is_some_and(|meshes| !meshes.masked.tree.is_empty());
         Self {
             rays: Queue::with_capacity(paths),
             next_rays: Queue::with_capacity(paths),
-            vertices: Kind::ALL.map(|kind| Queue::with_capacity(room(&kind))),
+            vertices: Kind::ALL.map(|kind| Queue::with_capacity(room(scene.kinds.contains(&kind)))),
+            mesh_vertices: Kind::ALL.map(|kind| Queue::with_capacity(room(on_meshes(kind)))),
             encounters: Queue::with_capacity(paths),
+            mesh_encounters: Queue::with_capacity(room(meshes.is_some_and(|meshes| meshes.emits))),
+            tracing: Tracing::new(room(meshes.is_some()), cutouts),
             shadow_rays: Queue::with_capacity(paths),
             visible: Vec::with_capacity(paths.div_ceil(WIDTH)),
             // Whole batches: a dead lane too has a place to add its 0 to.

@@ -1,7 +1,7 @@
 //! Stage 3: where paths go on. One kernel for each material kind.
 
 use super::Context;
-use super::queues::{GROUP, PathRayX8, VertexX8};
+use super::queues::{GROUP, PathRayX8, Surface, VertexX8};
 use crate::lanes::{FrameX8, Queue, Vec3x8, f32x8};
 use crate::material::{Bsdf, SampleX8};
 use crate::sampling::{Dimension, PathKeyX8, warp};
@@ -15,22 +15,23 @@ pub fn continues<B: Bsdf>(ctx: &Context, edge: u32) -> bool {
 
 /// Draws the next direction of each path and pushes the rays of the paths that go on.
 #[inline(never)]
-pub fn shade<B: Bsdf>(
+pub fn shade<B: Bsdf, V: Surface>(
     ctx: &Context,
     edge: u32,
-    vertices: &Queue<VertexX8>,
+    vertices: &Queue<V>,
     rays: &mut Queue<PathRayX8>,
 ) {
     for (live, vertices) in vertices.groups::<GROUP>() {
         let mut directions = [(f32x8::ZERO, f32x8::ZERO); GROUP];
         for (direction, vertex) in directions.iter_mut().zip(vertices) {
-            *direction = ctx
-                .sampler
-                .pair(vertex.path_key(), Dimension::BsdfDirection, edge);
+            *direction =
+                ctx.sampler
+                    .pair(vertex.vertex().path_key(), Dimension::BsdfDirection, edge);
         }
-        for ((live, vertex), direction) in live.iter().zip(vertices).zip(&directions) {
+        for ((live, surface), direction) in live.iter().zip(vertices).zip(&directions) {
+            let vertex = surface.vertex();
             let path = vertex.path_key();
-            let bsdf = B::load(&ctx.scene.materials, vertex.material);
+            let bsdf: B = surface.bsdf(&ctx.scene.materials);
             let (normal, frame) = vertex.frame::<B>();
             let wo = frame.to_local(vertex.wo);
 
@@ -55,13 +56,24 @@ pub fn shade<B: Bsdf>(
                 goes_on &= u.simd_lt(chance);
                 throughput = throughput * (f32x8::ONE / chance);
             }
+            let direction = frame.to_world(sample.wi);
+            let ng = surface.ng(normal);
+            let height = if V::SMOOTH {
+                ng.dot(direction)
+            } else {
+                sample.wi.z
+            };
+            if V::SMOOTH && !B::TRANSMISSIVE {
+                // What leaves an opaque surface to its other side would light up what is in the dark there.
+                goes_on &= height.simd_gt(f32x8::ZERO);
+            }
             // Off the surface, to the side that the ray leaves by.
-            let offset = vertex.offset.copysign(sample.wi.z);
+            let offset = vertex.offset.copysign(height);
             rays.push(
                 goes_on,
                 &PathRayX8 {
-                    origin: normal.mul_add(offset, vertex.position),
-                    direction: frame.to_world(sample.wi),
+                    origin: ng.mul_add(offset, vertex.position),
+                    direction,
                     throughput,
                     pdf: sample.pdf,
                     path: vertex.path,

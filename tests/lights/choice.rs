@@ -130,7 +130,9 @@ fn the_dimmest_light_is_chosen_as_often_as_its_density_says() {
             (first + i as u32) as f32 / (1u32 << 23) as f32
         }));
         let half = f32x8::HALF;
-        let s = world.lights.sample(None, Vec3x8::ZERO, || u, (half, half));
+        let s = world
+            .lights
+            .sample(None, Vec3x8::ZERO, || (u, half), (half, half));
         for i in 0..WIDTH {
             if s.primitive.as_array()[i] == FIRST_ID + 1 {
                 chosen += 1;
@@ -143,7 +145,7 @@ fn the_dimmest_light_is_chosen_as_often_as_its_density_says() {
     let half = f32x8::HALF;
     let s = alone
         .lights
-        .sample(None, Vec3x8::ZERO, || half, (half, half));
+        .sample(None, Vec3x8::ZERO, || (half, half), (half, half));
     let solid_angle = f64::from(s.inverse_pdf.as_array()[0]);
     let mean = inverse_pdf * f64::from(chosen) / f64::from(1u32 << 23);
     assert_close(mean, solid_angle, 1e-3, 0.0, "share × weight");
@@ -171,7 +173,7 @@ fn a_black_light_is_not_chosen_by_the_last_number_below_one_either() {
             let u = f32x8::new(u.map(|u| u.clamp(0.0, 1.0f32.next_down())));
             let s = world
                 .lights
-                .sample(world.sky.as_ref(), Vec3x8::ZERO, || u, (u, u));
+                .sample(world.sky.as_ref(), Vec3x8::ZERO, || (u, u), (u, u));
             for primitive in s.primitive.to_array() {
                 assert!(primitive != NO_PRIMITIVE && primitive != FIRST_ID + id as u32);
             }

@@ -6,7 +6,8 @@ mod common;
 
 use common::*;
 use glam::Vec3;
-use ondine::lanes::{Rgb, Vec3x8, WIDTH, u32x8};
+use ondine::lanes::{Rgb, Vec3x8, WIDTH, f32x8, u32x8};
+use ondine::scene::builtin;
 use ondine::scene::description::{Environment, Light, Shape};
 use ondine::scene::environment::Sky;
 use ondine::scene::light::{LightSampleX8, Lights};
@@ -64,8 +65,14 @@ impl World {
             }
         }
         let sky = sky.map(|sky| Sky::compile(&sky));
+        let mut description = builtin::find("furnace")
+            .expect("there")
+            .load()
+            .expect("valid");
+        description.lights = lights.to_vec();
+        let ids: Vec<u32> = with_ids.iter().map(|(_, id)| *id).collect();
         Self {
-            lights: Lights::new(&with_ids, sky.as_ref(), 2.0),
+            lights: Lights::new(&description, &ids, sky.as_ref(), 2.0),
             shapes,
             sky,
         }
@@ -73,8 +80,12 @@ impl World {
 
     fn sample(&self, from: Vec3x8, random: &mut Random) -> LightSampleX8 {
         let choice = random.eight();
-        self.lights
-            .sample(self.sky.as_ref(), from, || choice, random.pair())
+        self.lights.sample(
+            self.sky.as_ref(),
+            from,
+            || (choice, f32x8::ZERO),
+            random.pair(),
+        )
     }
 }
 
