@@ -36,8 +36,7 @@ STAGE = """version = 1
 position = [0.0, 1.5, 5.0]
 look_at = [0.0, 0.0, 0.0]
 vertical_fov = 36.0
-[render]
-roulette = 10000
+
 [materials.floor]
 type = "lambert"
 albedo = [0.6, 0.55, 0.5]
