@@ -33,6 +33,7 @@ const ONE_MESH: &str = r#"version = 1
 [camera]
 position = [0.0, 1.0, 4.0]
 look_at = [0.0, 0.5, 0.0]
+vertical_fov = 45.0
 [materials.white]
 type = "lambert"
 albedo = [0.7, 0.7, 0.7]
@@ -289,6 +290,7 @@ pub fn scene() -> Files {
 [camera]
 position = [0.0, 1.0, 4.0]
 look_at = [0.0, 0.5, 0.0]
+vertical_fov = 45.0
 [materials.white]
 type = "lambert"
 albedo = { texture = "paint.png" }
