@@ -125,6 +125,15 @@ def sphere(stage):
     return stage.agree("sphere, the finest", scene, exact) and holds
 
 
+def turned(angles):
+    """About x, then y, then z, axes that stay where they are."""
+    (cx, cy, cz), (sx, sy, sz) = numpy.cos(angles), numpy.sin(angles)
+    about_x = numpy.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = numpy.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = numpy.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    return about_z @ about_y @ about_x
+
+
 def instances(stage):
     n = 8
     rows = numpy.concatenate(list(generate.ball_blocks(n, 1)))
@@ -133,12 +142,12 @@ def instances(stage):
     random = numpy.random.Generator(numpy.random.PCG64(3))
     parts, vertices, normals, faces = [], [], [], []
     for i in range(12):
-        # A transform is its matrix, row by row, so that no convention of angles can make both scenes wrong.
-        turn = numpy.linalg.qr(random.normal(size=(3, 3)))[0]
-        matrix = numpy.round(turn @ numpy.diag(random.uniform(0.2, 0.6, 3)), 6)
-        move = numpy.round(random.uniform([-1.6, -0.6, -1.5], [1.6, 1.0, 1.0]), 6)
-        rows_of_matrix = numpy.concatenate([matrix, move[:, None]], axis=1).tolist()
-        parts.append(OBJECT.format(shape=f"{shape}\ntransform = {{ matrix = {rows_of_matrix} }}"))
+        angles = numpy.round(random.uniform(-180, 180, 3), 3)
+        scale = numpy.round(random.uniform(0.2, 0.6, 3) * random.choice([-1, 1], 3), 4)
+        move = numpy.round(random.uniform([-1.6, -0.6, -1.5], [1.6, 1.0, 1.0]), 4)
+        matrix = turned(numpy.radians(angles)) @ numpy.diag(scale)
+        transform = f"translate = {move.tolist()}, rotate_degrees = {angles.tolist()}, scale = {scale.tolist()}"
+        parts.append(OBJECT.format(shape=f"{shape}\ntransform = {{ {transform} }}"))
         faces.append(corners[:, :: int(numpy.sign(numpy.linalg.det(matrix)))] + len(rows) * i)
         vertices.append(rows[:, :3] @ matrix.T + move)
         normals.append(generate.unit(rows[:, 3:] @ numpy.linalg.inv(matrix)))
