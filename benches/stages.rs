@@ -11,7 +11,7 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use ondine::film::{AovSet, BLOCK, Film, MAX_SAMPLES, Region};
 use ondine::lanes::Rgb;
-use ondine::material::{Bsdf, Conductor, Glass, Lambert, Material, Mirror, Phong};
+use ondine::material::{Bsdf, Conductor, Glass, Lambert, Material, Mirror, Phong, Principled};
 use ondine::scene::description::SamplerKind;
 use ondine::wavefront::{Context, Workspace, accumulate, generate, intersect, nee, shade};
 use std::hint::black_box;
@@ -30,6 +30,12 @@ const PHONG: Material = Material::Phong {
 const CONDUCTOR: Material = Material::Conductor {
     roughness: 0.2,
     reflectance: GREY,
+};
+const PRINCIPLED: Material = Material::Principled {
+    base_color: GREY,
+    metallic: 0.0,
+    roughness: 0.4,
+    ior: 1.5,
 };
 
 fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
@@ -125,6 +131,7 @@ fn shade(criterion: &mut Criterion) {
         shade_kind::<Glass>(&mut group, "glass", sampler, GLASS);
         shade_kind::<Phong>(&mut group, "phong", sampler, PHONG);
         shade_kind::<Conductor>(&mut group, "conductor", sampler, CONDUCTOR);
+        shade_kind::<Principled>(&mut group, "principled", sampler, PRINCIPLED);
     }
 }
 
@@ -150,6 +157,7 @@ fn nee(criterion: &mut Criterion) {
         nee_kind::<Lambert>(&mut group, "lambert", sampler, LAMBERT);
         nee_kind::<Phong>(&mut group, "phong", sampler, PHONG);
         nee_kind::<Conductor>(&mut group, "conductor", sampler, CONDUCTOR);
+        nee_kind::<Principled>(&mut group, "principled", sampler, PRINCIPLED);
     }
 }
 

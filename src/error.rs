@@ -13,6 +13,25 @@ pub struct Place {
     pub column: usize,
 }
 
+impl Place {
+    /// That of a byte offset in a text; one past the end is the end.
+    pub fn of(file: &str, text: &str, offset: usize) -> Self {
+        let mut offset = offset.min(text.len());
+        while !text.is_char_boundary(offset) {
+            offset -= 1;
+        }
+        let before = &text[..offset];
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        // Editors do not count a byte order mark as a column.
+        let line = before[line_start..].trim_start_matches('\u{feff}');
+        Self {
+            file: file.to_owned(),
+            line: before.matches('\n').count() + 1,
+            column: line.chars().count() + 1,
+        }
+    }
+}
+
 impl std::fmt::Display for Place {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}:{}:{}", self.file, self.line, self.column)

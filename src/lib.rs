@@ -41,7 +41,7 @@
 //! | 4 | [`wavefront`]: the loop, its five stages, their queues |
 //! | 3 | [`scene`]: what a scene file says, and the tables that kernels read |
 //! | 2 | [`shape`]: spheres and quads; [`material`]: one file for each BSDF; [`film`]: exact pixels, OpenEXR, PNG |
-//! | 1 | [`sampling`]: random numbers with names, and the warps they go through |
+//! | 1 | [`sampling`]: random numbers with names, and the warps they go through; [`texture`]: images on surfaces |
 //! | 0 | [`lanes`]: eight-lane vectors, colours, records, queues; [`error`]: what can go wrong |
 //!
 //! # Records, batches, queues
@@ -109,4 +109,5 @@ pub mod sampling;
 pub mod scene;
 pub mod shape;
 pub mod stats;
+pub mod texture;
 pub mod wavefront;

@@ -7,7 +7,8 @@ mod render;
 
 use common::gamma_q;
 use ondine::film::Film;
-use ondine::scene::description::{SamplerKind, Strategy};
+use ondine::material::Material;
+use ondine::scene::description::{Description, SamplerKind, Strategy};
 use render::*;
 
 /// Pixels on a side of an image.
@@ -20,7 +21,7 @@ const BLOCK: u32 = 4;
 /// farther from normal, its variance comes out too small with the mean, and it takes larger blocks to tell what differs.
 const LARGE_BLOCK: u32 = 8;
 
-/// Least p-value of a comparison; there are 7 × 6 × 3 of them here.
+/// Least p-value of a comparison; there are 8 × 6 × 3 of them here.
 const LEAST_P: f64 = 1e-4;
 
 /// Sum of the means of each block and its variance, of one channel.
@@ -74,15 +75,18 @@ fn assert_mean_agrees(a: &Film, b: &Film, what: &str) {
 
 /// Renders with each strategy at its number of samples per pixel, and compares each pair.
 fn check(name: &str, spp: [u32; 4]) {
-    let description = builtin(name);
+    check_scene(name, &builtin(name), spp);
+}
+
+fn check_scene(name: &str, description: &Description, spp: [u32; 4]) {
     let films: Vec<(Strategy, Film)> = (100..)
         .zip(STRATEGIES.into_iter().zip(spp))
         .map(|(seed, (strategy, spp))| {
-            let mut settings = settings(&description, (SIZE, SIZE), spp);
+            let mut settings = settings(description, (SIZE, SIZE), spp);
             settings.strategy = strategy;
             // Of its own, or else all see the same camera rays and agree better than chance.
             settings.seed = seed;
-            (strategy, film(&description, &settings))
+            (strategy, film(description, &settings))
         })
         .collect();
     for (i, (strategy, film)) in films.iter().enumerate() {
@@ -118,6 +122,20 @@ fn strategies_agree_on_rough_metals() {
 #[test]
 fn strategies_agree_on_phong() {
     check("phong", [32768, 8192, 1024, 1024]);
+}
+
+#[test]
+fn strategies_agree_on_principled_materials() {
+    let mut description = builtin("cornell");
+    for (i, named) in description.materials.iter_mut().enumerate() {
+        named.material = Material::Principled {
+            base_color: named.material.albedo(),
+            metallic: if i == 0 { 0.0 } else { 0.5 },
+            roughness: 0.5,
+            ior: 1.5,
+        };
+    }
+    check_scene("principled", &description, [8192, 8192, 1024, 1024]);
 }
 
 #[test]
@@ -158,7 +176,7 @@ fn a_difference_of_three_percent_in_one_material_is_found() {
     let settings = settings(&description, (SIZE, SIZE), 1024);
     let right = film(&description, &settings);
     let white = ondine::lanes::Rgb::splat(0.73 * 0.97);
-    description.materials[0].material = ondine::material::Material::Lambert { albedo: white };
+    description.materials[0].material = Material::Lambert { albedo: white };
     let wrong = film(&description, &settings);
     assert!(block_p(&right, &wrong, BLOCK, 0) < 1e-10);
 }

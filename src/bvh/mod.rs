@@ -1,8 +1,21 @@
 //! Floor 2: the tree of triangles. Instances over meshes, eight children a node, eight triangles a leaf.
 
+mod build;
+mod node;
+mod packet;
+mod prefetch;
+mod stream;
+mod triangle;
+
 use crate::lanes::{Batch, Queue, Vec3x8, WIDTH, f32x8, u32x8};
 use crate::record;
+use build::{Item, Plan};
 use glam::{Affine3A, Vec3};
+use node::{Block, Bounds, Link, Node};
+use packet::{Met, Packet};
+use rayon::prelude::*;
+use stream::RaysX8;
+pub use stream::Stacks;
 
 /// The id of no triangle and of no instance.
 pub const NO_TRIANGLE: u32 = u32::MAX;
@@ -69,58 +82,179 @@ pub trait ShadowRays: Rays {
     }
 }
 
-/// One worker's memory while it traces. Nothing in it is shared.
-#[derive(Clone, Debug, Default)]
-pub struct Stacks;
-
 /// A tree over instances of meshes.
 #[derive(Clone, Debug, Default)]
 pub struct Bvh {
-    instances: Vec<(Affine3A, Vec<[Vec3; 3]>)>,
+    nodes: Vec<Node>,
+    blocks: Vec<Block>,
+    places: Vec<Place>,
+    root: Option<Root>,
+    /// Whether it does not fit into a core's cache.
+    is_large: bool,
 }
 
+/// Where all rays begin.
+#[derive(Clone, Copy, Debug)]
+struct Root {
+    link: Link,
+    /// The only instance, where there is no upper tree.
+    instance: u32,
+    /// The greatest coordinate of what is below.
+    reach: f32,
+}
+
+/// A placed mesh, as the upper tree's leaves have it.
+#[derive(Clone, Debug)]
+struct Place {
+    to_object: Affine3A,
+    root: Link,
+    instance: u32,
+    /// The greatest coordinate of the mesh, its own space.
+    reach: f32,
+}
+
+/// Up to so many blocks, each ray tests every triangle.
+const FEW: usize = 8;
+
+/// How far apart the slopes of a packet's rays may be.
+const SPREAD: f32 = 0.25;
+
+/// A tree this large, in bytes, is not in a core's cache whenever it is needed.
+const LARGE: usize = 1 << 19;
+
 impl Bvh {
-    /// Builds the tree.
+    /// Builds the tree on the threads of the current rayon pool.
     pub fn build(meshes: &[Triangles], instances: &[Instance], _quality: Quality) -> Self {
-        let place = |instance: &Instance| {
-            let mesh = &meshes[instance.mesh];
-            let corners = mesh
-                .corners
-                .iter()
-                .map(|t| t.map(|c| mesh.positions[c as usize]));
-            (instance.to_world.inverse(), corners.collect())
-        };
-        Self {
-            instances: instances.iter().map(place).collect(),
+        let mut bvh = Self::default();
+        let roots: Vec<_> = meshes.iter().map(|mesh| bvh.add_mesh(mesh)).collect();
+        if let [Instance { mesh, to_world }] = instances
+            && *to_world == Affine3A::IDENTITY
+        {
+            bvh.finish(roots[*mesh]);
+            return bvh;
         }
+        let mut items = Vec::with_capacity(instances.len());
+        for (number, instance) in instances.iter().enumerate() {
+            let Some((bounds, root)) = roots[instance.mesh] else {
+                continue;
+            };
+            items.push(Item::new(
+                bounds.placed(&instance.to_world),
+                bvh.places.len() as u32,
+            ));
+            bvh.places.push(Place {
+                to_object: instance.to_world.inverse(),
+                root,
+                instance: number as u32,
+                reach: bounds.reach(),
+            });
+        }
+        let tree = build::build(
+            &mut items,
+            Plan {
+                leaf: 1,
+                kind: Link::INSTANCE,
+                first_node: bvh.nodes.len(),
+                first_leaf: 0,
+            },
+        );
+        // A leaf of the upper tree is one instance: the places follow the leaves' order.
+        let order = tree.leaves.iter();
+        bvh.places = order
+            .map(|&(first, _)| bvh.places[items[first as usize].number() as usize].clone())
+            .collect();
+        bvh.nodes.extend(tree.nodes);
+        bvh.finish(tree.root);
+        bvh
+    }
+
+    fn finish(&mut self, root: Option<(Bounds, Link)>) {
+        self.root = root.map(|(bounds, link)| Root {
+            link,
+            instance: 0,
+            reach: bounds.reach(),
+        });
+        let (nodes, blocks) = self.bytes();
+        self.is_large = nodes + blocks > LARGE;
+    }
+
+    /// Adds a mesh's tree; its box and root, where it has triangles.
+    fn add_mesh(&mut self, mesh: &Triangles) -> Option<(Bounds, Link)> {
+        let corners = |triangle: u32| {
+            mesh.corners[triangle as usize].map(|corner| mesh.positions[corner as usize])
+        };
+        let bounds = |triangle: u32| {
+            let [a, b, c] = corners(triangle);
+            Bounds {
+                low: a.min(b).min(c),
+                high: a.max(b).max(c),
+            }
+        };
+        let mut items: Vec<Item> = (0..mesh.corners.len() as u32)
+            .into_par_iter()
+            .map(|triangle| Item::new(bounds(triangle), triangle))
+            .collect();
+        let tree = build::build(
+            &mut items,
+            Plan {
+                leaf: WIDTH,
+                kind: Link::BLOCK,
+                first_node: self.nodes.len(),
+                first_leaf: self.blocks.len(),
+            },
+        );
+        self.nodes.extend(tree.nodes);
+        self.blocks
+            .par_extend(tree.leaves.par_iter().map(|&(first, count)| {
+                let (first, count) = (first as usize, count as usize);
+                let mut triangles = [NO_TRIANGLE; WIDTH];
+                for (triangle, item) in triangles.iter_mut().zip(&items[first..first + count]) {
+                    *triangle = item.number();
+                }
+                triangles.sort_unstable();
+                let mut block = Block::empty();
+                for (lane, &triangle) in triangles[..count].iter().enumerate() {
+                    block.set(lane, corners(triangle), triangle);
+                }
+                block
+            }));
+        tree.root
     }
 
     /// Whether there is nothing to meet.
     pub fn is_empty(&self) -> bool {
-        self.instances.is_empty()
+        self.root.is_none()
+    }
+
+    /// Bytes of the nodes and of the triangles.
+    pub fn bytes(&self) -> (usize, usize) {
+        (
+            size_of_val(&self.nodes[..]) + size_of_val(&self.places[..]),
+            size_of_val(&self.blocks[..]),
+        )
     }
 
     /// Improves each ray's hit: `hits` holds a batch for each batch of rays, each lane with the distance beyond which
     /// nothing counts. Of two hits at one distance the one of the lower instance, then triangle, stays; one at the given
     /// distance itself does not count.
-    pub fn closest<B: Rays>(&self, rays: &Queue<B>, hits: &mut [HitX8], _stacks: &mut Stacks) {
-        for ((live, rays), hits) in rays.batches().zip(hits) {
-            for lane in (0..WIDTH).filter(|lane| live.to_bitmask() >> lane & 1 == 1) {
-                let mut best = hits.lane(lane);
-                let (o, d) = (rays.origin().lane(lane), rays.direction().lane(lane));
-                let nearest = rays.nearest().to_array()[lane];
-                self.each_hit(o, d, &mut |t, triangle, instance| {
-                    if t > nearest && t < best.distance {
-                        best = Hit {
-                            distance: t,
-                            triangle,
-                            instance,
-                        };
-                    }
-                });
-                hits.set_lane(lane, best);
-            }
-        }
+    pub fn closest<B: Rays>(&self, rays: &Queue<B>, hits: &mut [HitX8], stacks: &mut Stacks) {
+        let hits = std::cell::RefCell::new(hits);
+        self.trace::<false>(
+            rays.len(),
+            stacks,
+            |index| RaysX8::new(rays.batch(index), hits.borrow()[index].distance, None),
+            |index, met| {
+                let hit = &mut hits.borrow_mut()[index];
+                hit.distance = met.found.select(met.distance, hit.distance);
+                hit.triangle = met.found.select(met.triangle, hit.triangle);
+                hit.instance = met.found.select(u32x8::ZERO, hit.instance);
+            },
+            |number, hit| {
+                if let Some(hit) = hit {
+                    hits.borrow_mut()[number / WIDTH].set_lane(number % WIDTH, hit);
+                }
+            },
+        );
     }
 
     /// For each batch of rays, a bit for each lane that meets something.
@@ -128,42 +262,77 @@ impl Bvh {
         &self,
         rays: &Queue<B>,
         occluded: &mut [u8],
-        _stacks: &mut Stacks,
+        stacks: &mut Stacks,
     ) {
-        for ((live, rays), bits) in rays.batches().zip(occluded) {
-            for lane in (0..WIDTH).filter(|lane| live.to_bitmask() >> lane & 1 == 1) {
-                let (o, d) = (rays.origin().lane(lane), rays.direction().lane(lane));
-                let nearest = rays.nearest().to_array()[lane];
-                let farthest = rays.farthest().to_array()[lane];
-                let ignored = rays.ignored().to_array()[lane];
-                self.each_hit(o, d, &mut |t, triangle, instance| {
-                    let own = instance == 0 && triangle == ignored;
-                    if t > nearest && t < farthest && !own {
-                        *bits |= 1 << lane;
-                    }
-                });
-            }
-        }
+        let occluded = std::cell::RefCell::new(occluded);
+        self.trace::<true>(
+            rays.len(),
+            stacks,
+            |index| {
+                let batch = rays.batch(index);
+                RaysX8::new(batch, batch.farthest(), Some(batch.ignored()))
+            },
+            |index, met| occluded.borrow_mut()[index] |= met.found.to_bitmask() as u8,
+            |number, hit| {
+                let bit = u8::from(hit.is_some()) << (number % WIDTH);
+                occluded.borrow_mut()[number / WIDTH] |= bit;
+            },
+        );
     }
 
-    fn each_hit(&self, o: Vec3, d: Vec3, found: &mut dyn FnMut(f32, u32, u32)) {
-        for (instance, (to_object, triangles)) in self.instances.iter().enumerate() {
-            let (o, d) = (
-                to_object.transform_point3(o).as_dvec3(),
-                to_object.transform_vector3(d).as_dvec3(),
-            );
-            for (index, corners) in triangles.iter().enumerate() {
-                let [a, b, c] = corners.map(|p| p.as_dvec3() - o);
-                let (u, v, w) = (d.dot(c.cross(b)), d.dot(a.cross(c)), d.dot(b.cross(a)));
-                let inside =
-                    (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-                let det = u + v + w;
-                if inside && det != 0.0 {
-                    let p = (a * u + b * v + c * w) / det;
-                    let t = p.dot(d) / d.length_squared();
-                    found(t as f32, index as u32, instance as u32);
+    /// Traces `count` rays, a batch of which `rays` gives: what keeps together as packets, the others as a stream.
+    #[inline(always)]
+    fn trace<const ANY: bool>(
+        &self,
+        count: usize,
+        stacks: &mut Stacks,
+        rays: impl Fn(usize) -> RaysX8,
+        mut packet_done: impl FnMut(usize, &Met),
+        ray_done: impl FnMut(usize, Option<Hit>),
+    ) {
+        let Some(root) = &self.root else { return };
+        stacks.loose.clear();
+        let few = self.blocks.len() <= FEW;
+        let spread = if few { f32::INFINITY } else { SPREAD };
+        let mut index = 0;
+        // An upper tree would need packets that turn to other spaces.
+        let whole = if self.places.is_empty() {
+            count / WIDTH
+        } else {
+            0
+        };
+        while index + 1 < whole {
+            let pair = [rays(index), rays(index + 1)];
+            if let Some(packet) = Packet::new(&pair, root.reach, spread) {
+                let met =
+                    self.trace_packet::<ANY, 2>(&packet, &pair, root.link, &mut stacks.packet);
+                met.iter()
+                    .enumerate()
+                    .for_each(|(i, met)| packet_done(index + i, met));
+            } else {
+                for (i, batch) in pair.iter().enumerate() {
+                    let one = [*batch];
+                    if let Some(packet) = Packet::new(&one, root.reach, spread) {
+                        let [met] = self.trace_packet::<ANY, 1>(
+                            &packet,
+                            &one,
+                            root.link,
+                            &mut stacks.packet,
+                        );
+                        packet_done(index + i, &met);
+                    } else if few {
+                        packet_done(index + i, &self.trace_few::<ANY>(batch));
+                    } else {
+                        stacks.loose.push((index + i) as u32);
+                    }
                 }
             }
+            index += 2;
         }
+        stacks
+            .loose
+            .extend(index as u32..count.div_ceil(WIDTH) as u32);
+        let (loose, slots) = (&stacks.loose, &mut stacks.slots);
+        self.stream::<ANY>(root, count, loose, slots, rays, ray_done);
     }
 }

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::material::Material;
 use crate::render::Settings;
 use crate::scene::builtin;
-use crate::scene::description::{Description, Environment, Shape};
+use crate::scene::description::{Description, Environment, Image, Pixels, Punctual, Shape};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -26,8 +26,24 @@ pub(super) struct SceneInfo {
     objects: Counts,
     lights: Counts,
     materials: Counts,
+    /// Of all instances, those that emit among them.
+    triangles: u64,
+    /// Meshes that stand in the scene.
+    instances: usize,
+    meshes: Stored,
+    textures: Stored,
+    /// Bytes of meshes and textures.
+    memory_bytes: usize,
     environment: Option<Value>,
     defaults: Defaults,
+    warnings: Vec<String>,
+}
+
+/// What is kept once, however often it is used.
+#[derive(Debug, Serialize)]
+struct Stored {
+    count: usize,
+    bytes: usize,
 }
 
 #[derive(Debug, Serialize)]
@@ -68,6 +84,28 @@ impl SceneInfo {
             aperture_radius: named.camera.aperture_radius,
             focus_distance: named.camera.focus_distance,
         });
+        let shapes = || {
+            let objects = scene.objects.iter().map(|object| &object.shape);
+            objects.chain(scene.lights.iter().map(|light| &light.shape))
+        };
+        let instances = shapes().filter_map(|shape| match shape {
+            Shape::Mesh { mesh, .. } => Some(&scene.meshes[*mesh]),
+            _ => None,
+        });
+        let meshes = Stored {
+            count: scene.meshes.len(),
+            bytes: scene.meshes.iter().map(|mesh| mesh.bytes()).sum(),
+        };
+        // Textures may share an image.
+        let images: BTreeMap<_, &Image> = scene
+            .textures
+            .iter()
+            .map(|texture| (std::sync::Arc::as_ptr(&texture.image), &*texture.image))
+            .collect();
+        let textures = Stored {
+            count: scene.textures.len(),
+            bytes: images.into_values().map(bytes).sum(),
+        };
         Self {
             kind: "scene",
             scene: scene.name.clone(),
@@ -77,8 +115,20 @@ impl SceneInfo {
             filter: scene.film.filter.to_string(),
             cameras: cameras.collect(),
             objects: count(scene.objects.iter().map(|object| shape(&object.shape))),
-            lights: count(scene.lights.iter().map(|light| shape(&light.shape))),
+            lights: count(
+                (scene.lights.iter().map(|light| shape(&light.shape)))
+                    .chain(scene.punctual.iter().map(punctual)),
+            ),
             materials: count(scene.materials.iter().map(|named| kind(&named.material))),
+            triangles: instances
+                .clone()
+                .map(|mesh| mesh.triangles.len() as u64)
+                .sum(),
+            instances: instances.count(),
+            memory_bytes: meshes.bytes + textures.bytes,
+            meshes,
+            textures,
+            warnings: scene.warnings.clone(),
             environment: scene.environment.as_ref().map(environment),
             defaults: Defaults {
                 spp: settings.spp,
@@ -117,6 +167,23 @@ impl SceneInfo {
         line("objects", &counted(&self.objects));
         line("lights", &counted(&self.lights));
         line("materials", &counted(&self.materials));
+        if self.meshes.count > 0 {
+            let (meshes, instances) = (&self.meshes, self.instances);
+            let value = format!(
+                "{} in {instances} instances of {} meshes, {}",
+                self.triangles,
+                meshes.count,
+                size(meshes.bytes)
+            );
+            line("triangles", &value);
+        }
+        if self.textures.count > 0 {
+            let textures = &self.textures;
+            line(
+                "textures",
+                &format!("{}, {}", textures.count, size(textures.bytes)),
+            );
+        }
         line(
             "environment",
             &self.environment.as_ref().map_or("none".to_owned(), spoken),
@@ -133,6 +200,9 @@ impl SceneInfo {
             ),
         );
         line("scene hash", &self.scene_hash);
+        for warning in &self.warnings {
+            line("warning", warning);
+        }
         text
     }
 }
@@ -143,6 +213,26 @@ fn shape(shape: &Shape) -> &'static str {
         Shape::Quad { .. } => "quad",
         Shape::Mesh { .. } => "mesh",
     }
+}
+
+fn punctual(light: &Punctual) -> &'static str {
+    match light {
+        Punctual::Point { .. } => "point",
+        Punctual::Spot { .. } => "spot",
+        Punctual::Distant { .. } => "distant",
+    }
+}
+
+fn bytes(image: &Image) -> usize {
+    match &image.pixels {
+        Pixels::Srgb8(texels) | Pixels::Linear8(texels) => size_of_val(&texels[..]),
+        Pixels::Float(texels) => size_of_val(&texels[..]),
+    }
+}
+
+/// `12.3 MiB`.
+fn size(bytes: usize) -> String {
+    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
 }
 
 fn kind(material: &Material) -> &'static str {

@@ -17,6 +17,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     let begin = Instant::now();
     let scene = builtin::open(&args.scene)?;
     let load = begin.elapsed();
+    for warning in &scene.warnings {
+        super::say(format_args!("warning: {warning}"));
+    }
     let settings = settings(args, &scene);
     settings.check()?;
     memory::check(&settings)?;

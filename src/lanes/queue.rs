@@ -258,6 +258,23 @@ impl<B: Batch> Queue<B> {
         }
     }
 
+    /// Batch `index`; dead lanes of the last hold arbitrary bits.
+    ///
+    /// # Panics
+    /// When there is no such batch.
+    #[inline]
+    pub fn batch(&self, index: usize) -> &B {
+        if index < self.full {
+            &self.batches[index]
+        } else {
+            assert!(
+                index * WIDTH < self.len(),
+                "batch {index} of a shorter queue"
+            );
+            &self.last
+        }
+    }
+
     /// Up to `N` batches at a time, with the masks of their live lanes. Dead lanes hold arbitrary bits.
     ///
     /// For kernels whose steps wait for one another: each step done for `N` batches in turn keeps the processor busy.

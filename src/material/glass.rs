@@ -1,6 +1,6 @@
 //! A smooth dielectric.
 
-use super::{Bsdf, EvalX8, Kind, SampleX8};
+use super::{Bsdf, EvalX8, Kind, ModulationX8, SampleX8};
 use crate::lanes::{Rgbx8, Row, Table, Vec3x8, f32x8, safe_sqrt, square, u32x8};
 
 /// Fresnel reflection and refraction at a smooth interface, of unpolarised light
@@ -92,6 +92,11 @@ impl Bsdf for Glass {
                 gap: f,
             },
         }
+    }
+
+    #[inline]
+    fn modulate(self, _by: &ModulationX8) -> Self {
+        self
     }
 
     #[inline]

@@ -1,6 +1,6 @@
 //! Ideal diffuse reflection.
 
-use super::{Bsdf, EvalX8, Kind, SampleX8};
+use super::{Bsdf, EvalX8, Kind, ModulationX8, SampleX8};
 use crate::lanes::{Rgb, Rgbx8, Row, Table, Vec3x8, f32x8, u32x8};
 use crate::sampling::warp;
 use std::f32::consts::FRAC_1_PI;
@@ -28,6 +28,13 @@ impl Bsdf for Lambert {
         let [r, g, b, ..] = table.gather(ids);
         Self {
             albedo: Rgbx8::new(r, g, b),
+        }
+    }
+
+    #[inline]
+    fn modulate(self, by: &ModulationX8) -> Self {
+        Self {
+            albedo: self.albedo * by.color,
         }
     }
 

@@ -1,6 +1,6 @@
 //! Perfect specular reflection.
 
-use super::{Bsdf, EvalX8, Kind, SampleX8};
+use super::{Bsdf, EvalX8, Kind, ModulationX8, SampleX8};
 use crate::lanes::{Rgb, Rgbx8, Row, Table, Vec3x8, f32x8, u32x8};
 
 /// `reflectance · δ(wi − reflected wo) / |cos θi|` (Pharr, Jakob & Humphreys, PBR 4th ed., sec. 9.3).
@@ -35,6 +35,13 @@ impl Bsdf for Mirror {
         let [r, g, b, ..] = table.gather(ids);
         Self {
             reflectance: Rgbx8::new(r, g, b),
+        }
+    }
+
+    #[inline]
+    fn modulate(self, by: &ModulationX8) -> Self {
+        Self {
+            reflectance: self.reflectance * by.color,
         }
     }
 

@@ -1,16 +1,19 @@
 //! Floor 2: materials. One file per BSDF, eight lanes at a time; a kernel never branches on the kind.
 
 mod conductor;
+mod ggx;
 mod glass;
 mod lambert;
 mod mirror;
 mod phong;
+mod principled;
 
 pub use conductor::Conductor;
 pub use glass::Glass;
 pub use lambert::Lambert;
 pub use mirror::Mirror;
 pub use phong::Phong;
+pub use principled::Principled;
 
 use crate::lanes::{Rgb, Rgbx8, Row, Table, Vec3x8, f32x8, u32x8};
 
@@ -54,7 +57,7 @@ pub enum Material {
         base_color: Rgb,
         /// 0 dielectric, 1 metal.
         metallic: f32,
-        /// Perceptual, in [0, 1]; GGX alpha is its square.
+        /// Perceptual, in [0, 1]; GGX alpha is its square, and at least 10⁻⁴.
         roughness: f32,
         /// Of the coat, at least 1; 1.5 is what glTF has unless it says otherwise.
         ior: f32,
@@ -75,16 +78,19 @@ pub enum Kind {
     Phong,
     /// [`Material::Conductor`].
     Conductor,
+    /// [`Material::Principled`].
+    Principled,
 }
 
 impl Kind {
     /// Every kind, in the order of their queues.
-    pub const ALL: [Kind; 5] = [
+    pub const ALL: [Kind; 6] = [
         Kind::Lambert,
         Kind::Mirror,
         Kind::Glass,
         Kind::Phong,
         Kind::Conductor,
+        Kind::Principled,
     ];
 
     /// [`Bsdf::TRANSMISSIVE`] of its BSDF.
@@ -95,6 +101,7 @@ impl Kind {
             Kind::Glass => Glass::TRANSMISSIVE,
             Kind::Phong => Phong::TRANSMISSIVE,
             Kind::Conductor => Conductor::TRANSMISSIVE,
+            Kind::Principled => Principled::TRANSMISSIVE,
         }
     }
 }
@@ -103,11 +110,12 @@ impl Material {
     /// Which kernel shades it.
     pub fn kind(&self) -> Kind {
         match self {
-            Material::Lambert { .. } | Material::Principled { .. } => Kind::Lambert,
+            Material::Lambert { .. } => Kind::Lambert,
             Material::Mirror { .. } => Kind::Mirror,
             Material::Glass { .. } => Kind::Glass,
             Material::Phong { .. } => Kind::Phong,
             Material::Conductor { .. } => Kind::Conductor,
+            Material::Principled { .. } => Kind::Principled,
         }
     }
 
@@ -133,10 +141,7 @@ impl Material {
     /// Its parameters as the kernels read them; the meaning of each field is the BSDF's own.
     pub fn row(&self) -> Row {
         match *self {
-            Material::Lambert { albedo }
-            | Material::Principled {
-                base_color: albedo, ..
-            } => Lambert::row(albedo),
+            Material::Lambert { albedo } => Lambert::row(albedo),
             Material::Mirror { reflectance } => Mirror::row(reflectance),
             Material::Glass { ior } => Glass::row(ior),
             Material::Phong {
@@ -148,6 +153,12 @@ impl Material {
                 roughness,
                 reflectance,
             } => Conductor::row(roughness, reflectance),
+            Material::Principled {
+                base_color,
+                metallic,
+                roughness,
+                ior,
+            } => Principled::row(base_color, metallic, roughness, ior),
         }
     }
 }
@@ -180,6 +191,27 @@ pub struct SampleX8 {
     pub pdf: f32x8,
 }
 
+/// What textures make of eight materials: factors of their parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct ModulationX8 {
+    color: Rgbx8,
+    metallic: f32x8,
+    roughness: f32x8,
+}
+
+impl ModulationX8 {
+    /// From values of textures. They are cut off at 1: no material is made to reflect more than it says.
+    #[inline]
+    pub fn new(color: Rgbx8, metallic: f32x8, roughness: f32x8) -> Self {
+        let cut = |factor: f32x8| factor.fast_min(f32x8::ONE);
+        Self {
+            color: Rgbx8::new(cut(color.r), cut(color.g), cut(color.b)),
+            metallic: cut(metallic),
+            roughness: cut(roughness),
+        }
+    }
+}
+
 /// A BSDF, eight lanes at a time.
 ///
 /// Directions are unit vectors of the local shading frame (normal +z) and point away from the surface: `wo` towards where
@@ -195,6 +227,10 @@ pub trait Bsdf: Copy {
 
     /// Reads the parameters of eight materials.
     fn load(table: &Table, ids: u32x8) -> Self;
+
+    /// Multiplies the parameters that textures may vary: of each material its colour (of [`Phong`] the diffuse one, of
+    /// [`Glass`] none), of [`Principled`] also metallic and roughness.
+    fn modulate(self, by: &ModulationX8) -> Self;
 
     /// BSDF × |cos θi| and density; both zero for a specular BSDF and where `wi` or `wo` is below the surface.
     fn eval(&self, wo: Vec3x8, wi: Vec3x8) -> EvalX8;

@@ -1,6 +1,6 @@
 //! The normalised modified Phong model.
 
-use super::{Bsdf, EvalX8, Kind, SampleX8};
+use super::{Bsdf, EvalX8, Kind, ModulationX8, SampleX8};
 use crate::lanes::{FrameX8, Rgb, Rgbx8, Row, Table, Vec3x8, f32x8, pow_one_minus, u32x8};
 use crate::sampling::warp;
 use std::f32::consts::FRAC_1_PI;
@@ -60,6 +60,18 @@ impl Bsdf for Phong {
             specular: Rgbx8::new(sr, sg, sb),
             exponent,
             choose_specular,
+        }
+    }
+
+    #[inline]
+    fn modulate(self, by: &ModulationX8) -> Self {
+        let diffuse = self.diffuse * by.color;
+        let specular = self.specular.luminance();
+        let both = diffuse.luminance() + specular;
+        Self {
+            diffuse,
+            choose_specular: specular / both.fast_max(f32x8::splat(f32::MIN_POSITIVE)),
+            ..self
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::description::Description;
 use super::toml::{self, names};
-use super::{gltf, pbrt};
+use super::{framing, gltf, obj, pbrt, ply};
 use crate::error::{Error, Result};
 use std::path::Path;
 
@@ -63,19 +63,24 @@ pub fn find(name: &str) -> Option<&'static Builtin> {
     ALL.iter().find(|builtin| builtin.name == name)
 }
 
-/// A scene as it is named on the command line: the path of a `.toml` file, or the name of a built-in scene.
+/// A scene as it is named on the command line: the path of a file, or the name of a built-in scene.
 ///
 /// # Errors
-/// [`Error::Usage`] where there is no such scene, [`Error::Format`] for a kind of file that is not read, and all of
-/// [`toml::load`].
+/// [`Error::Usage`] where there is no such scene, [`Error::Format`] for a kind of file that is not read, and those of the
+/// loaders.
 pub fn open(scene: &str) -> Result<Description> {
     let path = Path::new(scene);
-    let extension = path.extension().and_then(|extension| extension.to_str());
-    match extension.map(str::to_lowercase).as_deref() {
-        Some("toml") if path.exists() => return toml::load(path),
-        Some("gltf" | "glb") if path.exists() => return gltf::load(path),
-        Some("pbrt") if path.exists() => return pbrt::load(path),
-        _ => {}
+    if path.exists() {
+        if let Some(mesh) = open_mesh(path) {
+            return mesh.map(framing::complete);
+        }
+        match extension(path).as_str() {
+            "toml" => return toml::load(path),
+            "pbrt" => return pbrt::load(path),
+            // Packed; `pbrt::load` unpacks it.
+            "gz" if scene.to_lowercase().ends_with(".pbrt.gz") => return pbrt::load(path),
+            _ => {}
+        }
     }
     if let Some(builtin) = find(scene) {
         return builtin.load();
@@ -83,7 +88,7 @@ pub fn open(scene: &str) -> Result<Description> {
     if path.exists() {
         return Err(Error::format(
             path,
-            "is not a scene file; scenes are .toml files (`ondine scenes cornell` prints one to start from)",
+            "is not a scene file; scenes are .toml, .pbrt, .gltf, .glb, .obj and .ply files (`ondine scenes cornell` prints one to start from)",
         ));
     }
     let known = || ALL.iter().map(|builtin| builtin.name);
@@ -96,4 +101,20 @@ pub fn open(scene: &str) -> Result<Description> {
         "there is no file and no built-in scene {quoted}{} Built-in scenes: {list}",
         if hint.is_empty() { "." } else { &hint },
     )))
+}
+
+/// Reads a file of meshes, as the scene it is; `None` where its name does not say that it is one. What has neither light
+/// nor camera is left so.
+pub(super) fn open_mesh(path: &Path) -> Option<Result<Description>> {
+    match extension(path).as_str() {
+        "ply" => Some(ply::scene(path)),
+        "obj" => Some(obj::load(path)),
+        "gltf" | "glb" => Some(gltf::load(path)),
+        _ => None,
+    }
+}
+
+fn extension(path: &Path) -> String {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    extension.unwrap_or_default().to_lowercase()
 }

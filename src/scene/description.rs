@@ -1,11 +1,13 @@
 //! A scene as its author wrote it: plain values, checked, before it is compiled into tables for the kernels.
 
+pub use crate::texture::{Image, Pixels, Texture, Wrap};
+
 use super::mesh::Mesh;
 use super::toml::names;
 use crate::error::Error;
 use crate::lanes::Rgb;
 use crate::material::Material;
-use glam::{Affine2, Affine3A, Vec3};
+use glam::{Affine3A, Vec3};
 use std::sync::Arc;
 
 /// A whole scene file.
@@ -13,7 +15,7 @@ use std::sync::Arc;
 pub struct Description {
     /// Where it came from: a path as the user named it, or the name of a built-in scene.
     pub name: String,
-    /// SHA-256, in hexadecimal, of the scene's text and then of the image file it names, if any.
+    /// SHA-256, in hexadecimal, of the scene's text and of the files it names.
     pub hash: String,
     /// The cameras, in file order; the first renders unless another is asked for by name. At least one.
     pub cameras: Vec<NamedCamera>,
@@ -146,6 +148,19 @@ pub struct NamedMaterial {
     pub maps: Maps,
 }
 
+impl NamedMaterial {
+    /// What a mesh without a material is made of.
+    pub fn white() -> Self {
+        Self {
+            name: "white".to_owned(),
+            material: Material::Lambert {
+                albedo: Rgb::new(0.8, 0.8, 0.8),
+            },
+            maps: Maps::default(),
+        }
+    }
+}
+
 /// The textures of a material, by index into [`Description::textures`]; each multiplies what the material says.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Maps {
@@ -168,55 +183,6 @@ pub struct Alpha {
     pub factor: f32,
     /// Least alpha of what is there.
     pub cutoff: f32,
-}
-
-/// An image on a surface.
-#[derive(Clone, Debug)]
-pub struct Texture {
-    /// Its pixels.
-    pub image: Arc<Image>,
-    /// Outside [0, 1], by u and v.
-    pub wrap: [Wrap; 2],
-    /// Nearest texel instead of bilinear interpolation.
-    pub nearest: bool,
-    /// From the mesh's UV to those of the image, whose v = 0 is its top row.
-    pub transform: Affine2,
-}
-
-/// What a texture is outside the unit square.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Wrap {
-    /// Repeats.
-    #[default]
-    Repeat,
-    /// Repeats, every other one mirrored.
-    Mirror,
-    /// The texel of the border goes on.
-    Clamp,
-}
-
-/// An image, row 0 on top.
-#[derive(Clone, Debug)]
-pub struct Image {
-    /// Where it came from, as errors and `info` name it.
-    pub file: String,
-    /// Pixels.
-    pub width: usize,
-    /// Pixels.
-    pub height: usize,
-    /// RGBA, row-major.
-    pub pixels: Pixels,
-}
-
-/// The pixels of an image.
-#[derive(Clone, Debug)]
-pub enum Pixels {
-    /// Eight bits, colour by the sRGB curve, alpha linear.
-    Srgb8(Vec<[u8; 4]>),
-    /// Eight bits, linear.
-    Linear8(Vec<[u8; 4]>),
-    /// Linear, finite, not negative.
-    Float(Vec<[f32; 4]>),
 }
 
 /// A shape.
@@ -368,6 +334,7 @@ macro_rules! names {
 
 names!(Strategy, "strategy": "uniform" = Uniform, "cosine" = Cosine, "light" = Light, "mis" = Mis);
 names!(SamplerKind, "sampler": "pcg" = Pcg, "sobol" = Sobol);
+names!(Wrap, "wrap": "repeat" = Repeat, "mirror" = Mirror, "clamp" = Clamp);
 names!(Filter, "filter": "box" = Box, "tent" = Tent, "gaussian" = Gaussian);
 
 /// The choice of that name, or an error that lists all.

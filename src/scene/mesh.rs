@@ -156,10 +156,29 @@ impl Mesh {
             + size_of_val(&self.normals[..])
             + size_of_val(&self.uvs[..])
     }
+
+    /// The box around its vertices: least and greatest coordinates.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let grow = |(low, high): (Vec3, Vec3), point: &Vec3| (low.min(*point), high.max(*point));
+        self.positions.iter().fold(empty, grow)
+    }
 }
 
 /// Normal of a triangle, twice its area long.
 fn area_normal(positions: &[Vec3], [a, b, c]: [u32; 3]) -> glam::DVec3 {
     let [a, b, c] = [a, b, c].map(|corner| positions[corner as usize].as_dvec3());
     (b - a).cross(c - a)
+}
+
+/// The warning of a file whose triangles without an area were left out.
+pub(super) fn without_area(file: &str, dropped: usize) -> Option<String> {
+    (dropped > 0).then(|| {
+        let triangles = if dropped == 1 {
+            "triangle"
+        } else {
+            "triangles"
+        };
+        format!("{file}: {dropped} {triangles} without an area left out")
+    })
 }

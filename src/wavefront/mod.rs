@@ -12,7 +12,7 @@ pub use queues::Workspace;
 pub use tally::{Stage, Tally};
 
 use crate::film::Region;
-use crate::material::{Bsdf, Conductor, Glass, Kind, Lambert, Mirror, Phong};
+use crate::material::{Bsdf, Conductor, Glass, Kind, Lambert, Mirror, Phong, Principled};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
@@ -124,6 +124,7 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
                     Kind::Glass => scatter::<Glass>(ctx, edge, ws),
                     Kind::Phong => scatter::<Phong>(ctx, edge, ws),
                     Kind::Conductor => scatter::<Conductor>(ctx, edge, ws),
+                    Kind::Principled => scatter::<Principled>(ctx, edge, ws),
                 }
             }
         }

@@ -112,6 +112,37 @@ fn the_scene_hash_is_of_the_text_and_of_its_image() {
 }
 
 #[test]
+fn info_counts_triangles_and_tells_what_was_left_out() {
+    let folder = folder();
+    let mesh = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n3 0 1 1\n";
+    std::fs::write(folder.path().join("a.ply"), mesh).unwrap();
+    let scene = "version = 1\n[camera]\nposition = [0, 0, 3]\nlook_at = [0, 0, 0]\nvertical_fov = 50\n\
+        [[objects]]\nmesh = { file = \"a.ply\" }\n[[objects]]\nmesh = { file = \"a.ply\" }\n\
+        [[lights]]\npoint = { position = [0, 0, 3], intensity = [1, 1, 1] }\n";
+    std::fs::write(folder.path().join("a.toml"), scene).unwrap();
+    let json = ondine(&folder, "info a.toml --json").json();
+    assert_eq!(json["triangles"], 4);
+    assert_eq!(json["instances"], 2);
+    assert_eq!(json["meshes"]["count"], 1);
+    assert_eq!(json["meshes"]["bytes"], 4 * 12 + 2 * 12);
+    assert_eq!(json["memory_bytes"], json["meshes"]["bytes"]);
+    assert_eq!(json["lights"], serde_json::json!({"point": 1}));
+    assert_eq!(
+        json["warnings"][0],
+        "a.ply: 1 triangle without an area left out"
+    );
+    let text = ondine(&folder, "info a.ply").stdout;
+    for line in [
+        "triangles    2 in 1 instances of 1 meshes, 0.0 MiB\n",
+        "environment  gradient\n",
+        "warning      a.ply: 1 triangle without an area left out\n",
+    ] {
+        assert!(text.contains(line), "{text}\nlacks {line:?}");
+    }
+}
+
+#[test]
 fn info_computes_the_hash_that_the_render_told() {
     let folder = folder();
     let render = ondine(&folder, "render glass --size 20x10 --spp 17 --json").json();

@@ -39,6 +39,55 @@ impl Random {
     }
 }
 
+/// `n` damaged copies of a file, from a fixed seed: bytes changed, removed, repeated or swapped for what breaks parsers
+/// (signs, digits, limits of integers), or the end cut off.
+pub fn mutations(seed: u64, bytes: &[u8], n: usize) -> impl Iterator<Item = Vec<u8>> {
+    const PIECES: [&[u8]; 12] = [
+        b"-",
+        b"9",
+        b"4294967296",
+        b"-2147483648",
+        b"1e39",
+        b"nan",
+        b"\n",
+        b" ",
+        b"",
+        &[0; 4],
+        &[0xff; 4],
+        &[0, 0, 0xc0, 0x7f],
+    ];
+    let mut random = Pcg32::new(seed, 0xda3e_39cb_94b9_5bdb);
+    let mut below = move |limit: usize| random.next_u32() as usize % limit.max(1);
+    (0..n).map(move |_| {
+        let mut copy = bytes.to_vec();
+        for _ in 0..=below(4) {
+            let at = below(copy.len() + 1);
+            let end = (at + below(8)).min(copy.len());
+            match below(5) {
+                0 => copy
+                    .iter_mut()
+                    .skip(at)
+                    .take(1)
+                    .for_each(|byte| *byte = below(256) as u8),
+                1 => copy
+                    .iter_mut()
+                    .skip(at)
+                    .take(1)
+                    .for_each(|byte| *byte ^= 1 << below(8)),
+                2 => drop(copy.splice(at..end, PIECES[below(PIECES.len())].iter().copied())),
+                3 => {
+                    let from = below(copy.len() + 1);
+                    let piece = copy[from..(from + below(64)).min(copy.len())].to_vec();
+                    drop(copy.splice(at..at, piece));
+                }
+                _ if below(4) == 0 => copy.truncate(at),
+                _ => drop(copy.drain(at..end)),
+            }
+        }
+        copy
+    })
+}
+
 /// A vector of one lane in double precision.
 pub type V = [f64; 3];
 

@@ -45,11 +45,12 @@ fn a_scene_that_does_not_exist_is_refused_with_those_that_do() {
         ("", "Built-in scenes: cornell,"),
         (
             "castle.GLB",
-            "glTF scenes are not supported by this version; write the scene as .toml",
+            "there is no file and no built-in scene \"castle.GLB\"",
         ),
-        ("castle.gltf", "glTF scenes are not supported"),
-        ("castle.pbrt", "pbrt scenes are not supported"),
-        ("Cargo.lock", "is not a scene file; scenes are .toml files"),
+        (
+            "Cargo.lock",
+            "is not a scene file; scenes are .toml, .pbrt, .gltf, .glb, .obj and .ply files",
+        ),
     ] {
         let message = builtin::open(scene).unwrap_err().to_string();
         assert!(message.contains(words), "{message}");

@@ -2,7 +2,10 @@
 
 mod builtins;
 mod environments;
+mod lights;
+mod meshes;
 mod syntax;
+mod transforms;
 mod values;
 mod world;
 

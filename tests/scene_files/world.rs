@@ -126,30 +126,6 @@ fn a_light_may_scatter_and_be_two_sided() {
 
 #[test]
 fn what_a_later_version_reads_is_refused_with_what_to_use_now() {
-    refuses(
-        "sphere = {",
-        "mesh = { file = \"a.ply\" } #",
-        "10:1",
-        &["mesh is not supported by this version", "spheres and quads"],
-    );
-    refuses(
-        "material =",
-        "transform = { scale = 2 }\nmaterial =",
-        "11:1",
-        &["transform is not supported", "world space"],
-    );
-    refuses(
-        "\"lambert\"",
-        "\"principled\"",
-        "7:8",
-        &["not supported by this version", "\"conductor\""],
-    );
-    refuses(
-        "[0.8, 0.8, 0.8]",
-        "{ texture = \"wood.png\" }",
-        "8:10",
-        &["texture is not supported by this version", "colour"],
-    );
     refuses_appended(
         "[environment]\nsh = \"probe.json\"\n",
         "16:1",

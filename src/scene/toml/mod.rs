@@ -3,19 +3,24 @@
 //! Every error names file, line and column, says what is wrong and what to do; unknown keys are errors.
 
 mod environment;
+mod files;
+mod lights;
+mod materials;
 pub(crate) mod names;
 mod reader;
+mod transform;
 mod world;
 
 use super::description::{
     Camera, Description, FilmDescription, Filter, MAX_EDGES, MAX_SIDE, NamedCamera, RenderDefaults,
 };
+use super::{framing, hash};
 use crate::error::{Error, Result};
 use crate::film::MAX_SAMPLES;
+use files::Files;
 use glam::Vec3;
 use reader::{Source, Table, Value};
 use sha2::{Digest, Sha256};
-use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;
 use toml::de::DeTable;
@@ -27,7 +32,7 @@ const LARGEST: u64 = 256 << 20;
 /// Sine of the smallest angle between the up vector and the optical axis.
 const PARALLEL: f64 = 1e-4;
 
-/// Reads a scene file. Images it names are relative to its folder.
+/// Reads a scene file. Images and meshes it names are relative to its folder.
 ///
 /// # Errors
 /// [`Error::Read`] where the file cannot be read, and all of [`parse`].
@@ -60,7 +65,7 @@ pub fn load(path: &Path) -> Result<Description> {
     parse(text, &name, path.parent())
 }
 
-/// Reads the text of a scene. `file_name` is what errors call it; images it names are relative to `base_dir`, and
+/// Reads the text of a scene. `file_name` is what errors call it; files it names are relative to `base_dir`, and
 /// without one only absolute paths are found.
 ///
 /// # Errors
@@ -95,48 +100,44 @@ pub fn parse(text: &str, file_name: &str, base_dir: Option<&Path>) -> Result<Des
         ],
         &[],
     )?;
-    let cameras = cameras(&root)?;
-    let film = root
-        .get("film")
-        .map(film)
-        .transpose()?
-        .unwrap_or(FilmDescription {
-            width: 256,
-            height: 256,
-            filter: Filter::default(),
-        });
-    let render = root
-        .get("render")
-        .map(render)
-        .transpose()?
-        .unwrap_or_default();
-    let materials = root
-        .get("materials")
-        .map(world::materials)
-        .transpose()?
-        .unwrap_or_default();
-    let defined: HashMap<&str, usize> = materials
+    let mut scene = Description {
+        cameras: cameras(&root)?,
+        ..framing::nothing(file_name)
+    };
+    if let Some(value) = root.get("film") {
+        scene.film = film(value)?;
+    }
+    if let Some(value) = root.get("render") {
+        scene.render = render(value)?;
+    }
+    let mut files = Files::new(base_dir, Sha256::new_with_prefix(text), &mut scene);
+    if let Some(value) = root.get("materials") {
+        files.scene.materials = materials::materials(value, &mut files)?;
+    }
+    let names: Vec<String> = files
+        .scene
+        .materials
+        .iter()
+        .map(|material| material.name.clone())
+        .collect();
+    let defined = names
         .iter()
         .enumerate()
-        .map(|(index, material)| (material.name.as_str(), index))
+        .map(|(index, name)| (name.as_str(), index))
         .collect();
-    let objects = root
-        .get("objects")
-        .map(|value| world::objects(value, &defined))
-        .transpose()?
-        .unwrap_or_default();
-    let lights = root
-        .get("lights")
-        .map(|value| world::lights(value, &defined))
-        .transpose()?
-        .unwrap_or_default();
-    let mut hasher = Sha256::new_with_prefix(text);
-    let environment = root
-        .get("environment")
-        .map(|value| environment::environment(value, base_dir, &mut hasher))
-        .transpose()?;
-    if lights.is_empty() && environment.is_none() {
-        let what = if objects.is_empty() {
+    if let Some(value) = root.get("objects") {
+        world::objects(value, &defined, &mut files)?;
+    }
+    if let Some(value) = root.get("lights") {
+        lights::lights(value, &defined, &mut files)?;
+    }
+    if let Some(value) = root.get("environment") {
+        files.scene.environment = Some(environment::environment(value, &mut files)?);
+    }
+    let hash = hash::finish(files.hasher);
+    scene.hash = hash;
+    if scene.lights.is_empty() && scene.punctual.is_empty() && scene.environment.is_none() {
+        let what = if scene.objects.is_empty() {
             "the scene is empty"
         } else {
             "the scene has no light"
@@ -145,25 +146,7 @@ pub fn parse(text: &str, file_name: &str, base_dir: Option<&Path>) -> Result<Des
             "{what}; add [[lights]] with a shape and a radiance, or an [environment] such as constant = [1.0, 1.0, 1.0]"
         )));
     }
-    Ok(Description {
-        name: file_name.to_owned(),
-        hash: hexadecimal(&hasher.finalize()),
-        cameras,
-        film,
-        render,
-        materials,
-        objects,
-        lights,
-        environment,
-        punctual: Vec::new(),
-        meshes: Vec::new(),
-        textures: Vec::new(),
-        warnings: Vec::new(),
-    })
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    Ok(scene)
 }
 
 fn version(root: &Table) -> Result<()> {

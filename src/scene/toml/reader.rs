@@ -3,7 +3,7 @@
 use super::names::{did_you_mean, list, nearest, quoted};
 use crate::error::{Error, Place, Result};
 use crate::lanes::Rgb;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::str::FromStr;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -22,19 +22,7 @@ pub(super) struct Source<'a> {
 impl Source<'_> {
     /// The line and column of a byte offset; one past the end is the end.
     pub fn place(&self, offset: usize) -> Place {
-        let mut offset = offset.min(self.text.len());
-        while !self.text.is_char_boundary(offset) {
-            offset -= 1;
-        }
-        let before = &self.text[..offset];
-        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        // Editors do not count a byte order mark as a column.
-        let line = before[line_start..].trim_start_matches('\u{feff}');
-        Place {
-            file: self.file.to_owned(),
-            line: before.matches('\n').count() + 1,
-            column: line.chars().count() + 1,
-        }
+        Place::of(self.file, self.text, offset)
     }
 
     /// An error at a byte offset.
@@ -322,11 +310,49 @@ impl<'a> Value<'a> {
                 ))),
             },
             DeValue::Table(table) if table.contains_key("texture") => Err(self.error(format!(
-                "texture is not supported by this version; give {} as a colour, as in {example}",
+                "{} takes no texture; give it as a colour, as in {example}",
                 self.name()
             ))),
             _ => Err(self.not(&format!("a list of 3 numbers, as in {example}"))),
         }
+    }
+
+    /// Two numbers within ±1e9.
+    pub fn pair(&self) -> Result<Vec2> {
+        let DeValue::Array(array) = self.node else {
+            return Err(self.not("a list of 2 numbers, as in [1.0, 1.0]"));
+        };
+        let [x, y] = &array[..] else {
+            return Err(self.error(format!(
+                "{} must have 2 numbers, as in [1.0, 1.0], and this has {}",
+                self.name(),
+                array.len()
+            )));
+        };
+        let number = |node: &'a Spanned<DeValue<'a>>| {
+            let value = Value {
+                at: node.span().start,
+                node: node.get_ref(),
+                ..*self
+            };
+            value.number_where("within ±1e9", |x| x.abs() <= FARTHEST)
+        };
+        Ok(Vec2::new(number(x)?, number(y)?))
+    }
+
+    /// Whether it is a list.
+    pub fn is_list(&self) -> bool {
+        matches!(self.node, DeValue::Array(_))
+    }
+
+    /// Whether it is a table.
+    pub fn is_table(&self) -> bool {
+        matches!(self.node, DeValue::Table(_))
+    }
+
+    /// The value of a key, where it is a table that has it.
+    pub fn entry(&self, key: &str) -> Option<Value<'a>> {
+        self.table("").ok()?.get(key)
     }
 
     /// A point or vector of world space, near enough to be traced in 32-bit floats.

@@ -1,11 +1,14 @@
-//! Materials, objects and lights.
+//! Shapes and objects.
 
-use super::names::{did_you_mean, quoted};
+use super::files::{Files, Model, Part};
+use super::names::quoted;
 use super::reader::{Table, Value};
+use super::transform::{Transform, moved};
 use crate::error::Result;
-use crate::material::Material;
-use crate::scene::description::{Light, Maps, NamedMaterial, Object, Shape};
+use crate::scene::description::{Light, Object, Shape};
+use glam::Affine3A;
 use std::collections::HashMap;
+use std::rc::Rc;
 
 /// Smallest radius or edge, scene units: below it squares leave the range of 32-bit floats.
 const SMALLEST: f32 = 1e-9;
@@ -15,144 +18,58 @@ const LARGEST: f32 = 1e9;
 const PARALLEL: f64 = 1e-6;
 
 /// Materials by name, each its index in the list.
-type Defined<'a> = HashMap<&'a str, usize>;
-
-/// `[materials.NAME]`, in file order.
-pub(super) fn materials(value: Value) -> Result<Vec<NamedMaterial>> {
-    let materials = value.table("[materials.NAME]")?.values();
-    materials
-        .into_iter()
-        .map(|value| {
-            Ok(NamedMaterial {
-                name: value.key.to_owned(),
-                material: material(value)?,
-                maps: Maps::default(),
-            })
-        })
-        .collect()
-}
-
-fn material(value: Value) -> Result<Material> {
-    const TYPES: [&str; 5] = ["lambert", "mirror", "glass", "phong", "conductor"];
-    let owner = format!("[materials.{}]", value.name());
-    let table = value.table(&owner)?;
-    let kind_value = table.require(
-        &owner,
-        "type",
-        r#"type = "lambert", "mirror", "glass", "phong" or "conductor""#,
-    )?;
-    let kind = kind_value.text()?;
-    let owner = format!("a {kind} material");
-    let known = |keys: &[&str]| table.keys(&owner, keys, &[]);
-    let need = |key, example| table.require(&owner, key, example);
-    match kind {
-        "lambert" => {
-            known(&["type", "albedo"])?;
-            let albedo = need("albedo", "albedo = [0.8, 0.8, 0.8]")?.reflectance()?;
-            Ok(Material::Lambert { albedo })
-        }
-        "mirror" => {
-            known(&["type", "reflectance"])?;
-            let reflectance = need("reflectance", "reflectance = [0.95, 0.95, 0.95]")?.reflectance()?;
-            Ok(Material::Mirror { reflectance })
-        }
-        "glass" => {
-            known(&["type", "ior"])?;
-            let ior = need("ior", "ior = 1.5")?.number_where(
-                "above 0 (the index inside over the index outside: 1.5 for window glass)",
-                |ior| ior > 0.0,
-            )?;
-            Ok(Material::Glass { ior })
-        }
-        "phong" => {
-            known(&["type", "diffuse", "specular", "exponent"])?;
-            let diffuse = need("diffuse", "diffuse = [0.5, 0.5, 0.5]")?.reflectance()?;
-            let specular_value = need("specular", "specular = [0.3, 0.3, 0.3]")?;
-            let specular = specular_value.reflectance()?;
-            let exponent = need("exponent", "exponent = 50")?.number_where("at least 0", |n| n >= 0.0)?;
-            let channels = diffuse.to_array().into_iter().zip(specular.to_array());
-            for ((d, s), channel) in channels.zip(["red", "green", "blue"]) {
-                // 0.7 + 0.3 may round to above 1.
-                if d + s > 1.0 + 1e-6 {
-                    return Err(specular_value.error(format!(
-                        "diffuse + specular is {} in {channel}, and a surface reflects no more light than it gets; lower either until each channel's sum is at most 1",
-                        d + s
-                    )));
-                }
-            }
-            Ok(Material::Phong {
-                diffuse,
-                specular,
-                exponent,
-            })
-        }
-        "conductor" => {
-            known(&["type", "roughness", "reflectance"])?;
-            let roughness = need("roughness", "roughness = 0.2")?.number_where(
-                "above 0 and at most 1 (use type = \"mirror\" for a perfectly smooth one)",
-                |alpha| alpha > 0.0 && alpha <= 1.0,
-            )?;
-            let reflectance = need("reflectance", "reflectance = [0.9, 0.9, 0.9]")?.reflectance()?;
-            Ok(Material::Conductor {
-                roughness,
-                reflectance,
-            })
-        }
-        "principled" => Err(kind_value.error(
-            "type \"principled\" is not supported by this version; use \"lambert\" or \"phong\" for a base_color, \"conductor\" for a metal",
-        )),
-        other => Err(kind_value.error(format!(
-            "unknown material type {}{} Use lambert, mirror, glass, phong or conductor",
-            quoted(other),
-            match did_you_mean(other, TYPES) {
-                hint if hint.is_empty() => ".".to_owned(),
-                hint => hint,
-            }
-        ))),
-    }
-}
+pub(super) type Defined<'a> = HashMap<&'a str, usize>;
 
 /// `[[objects]]`, in file order.
-pub(super) fn objects(value: Value, defined: &Defined) -> Result<Vec<Object>> {
-    let read = |table: Table| {
-        table.keys("[[objects]]", &["sphere", "quad", "material"], &LATER_KEYS)?;
-        let shape = shape(&table, "this object")?;
-        let material = table
-            .require("this object", "material", &naming_one(defined))?
-            .reference("material", defined)?;
-        Ok(Object { shape, material })
-    };
-    value.tables("[[objects]]")?.into_iter().map(read).collect()
+pub(super) fn objects(value: Value, defined: &Defined, files: &mut Files) -> Result<()> {
+    for table in value.tables("[[objects]]")? {
+        table.keys(
+            "[[objects]]",
+            &["sphere", "quad", "mesh", "transform", "material"],
+            &[],
+        )?;
+        let owner = "this object";
+        let shapes = shapes(&table, owner, files)?;
+        let required = || {
+            table
+                .require(owner, "material", &naming_one(defined))?
+                .reference("material", defined)
+        };
+        match shapes {
+            Placed::Shape(shape) => {
+                let material = required()?;
+                files.scene.objects.push(Object { shape, material });
+            }
+            Placed::Model(model, place) => {
+                let own = table
+                    .get("material")
+                    .map(|value| value.reference("material", defined))
+                    .transpose()?;
+                for part in &model.parts {
+                    let shape = part.placed(&place);
+                    match (own, part.material, part.emission) {
+                        (None, material, Some(emission)) => files.scene.lights.push(Light {
+                            shape,
+                            radiance: emission.radiance,
+                            two_sided: emission.two_sided,
+                            material,
+                            texture: emission.texture,
+                        }),
+                        (own, in_file, _) => {
+                            let material = own.or(in_file).map_or_else(required, Ok)?;
+                            files.scene.objects.push(Object { shape, material });
+                        }
+                    }
+                }
+                if own.is_none() {
+                    let lights = model.punctual.iter().map(|&light| moved(light, &place));
+                    files.scene.punctual.extend(lights);
+                }
+            }
+        }
+    }
+    Ok(())
 }
-
-/// `[[lights]]`, in file order.
-pub(super) fn lights(value: Value, defined: &Defined) -> Result<Vec<Light>> {
-    let read = |table: Table| {
-        let known = ["sphere", "quad", "radiance", "two_sided", "material"];
-        table.keys("[[lights]]", &known, &LATER_KEYS)?;
-        Ok(Light {
-            shape: shape(&table, "this light")?,
-            radiance: table
-                .require("this light", "radiance", "radiance = [10.0, 10.0, 10.0]")?
-                .radiance()?,
-            two_sided: table
-                .get("two_sided")
-                .map_or(Ok(false), |value| value.flag())?,
-            material: table
-                .get("material")
-                .map(|value| value.reference("material", defined))
-                .transpose()?,
-            texture: None,
-        })
-    };
-    value.tables("[[lights]]")?.into_iter().map(read).collect()
-}
-
-/// Keys that a later version of the program reads.
-const LATER_KEYS: [(&str, &str); 2] = [
-    ("mesh", "build the shape from spheres and quads"),
-    ("transform", "write the shape's coordinates in world space"),
-];
 
 fn naming_one(defined: &Defined) -> String {
     match defined.iter().min_by_key(|(_, index)| **index) {
@@ -161,20 +78,72 @@ fn naming_one(defined: &Defined) -> String {
     }
 }
 
-fn shape(table: &Table, owner: &str) -> Result<Shape> {
-    match (table.get("sphere"), table.get("quad")) {
-        (Some(value), None) => sphere(value),
-        (None, Some(value)) => quad(value),
-        (Some(a), Some(b)) => {
-            let second = if a.key_at > b.key_at { a } else { b };
-            Err(second.key_error(format!(
-                "{owner} has two shapes; give each its own table"
-            )))
+/// A shape where it is put.
+pub(super) enum Placed {
+    /// A sphere or quad.
+    Shape(Shape),
+    /// A mesh file, and from its space to the world.
+    Model(Rc<Model>, Affine3A),
+}
+
+impl Part {
+    /// The shape of a mesh whose file is put somewhere.
+    pub fn placed(&self, place: &Affine3A) -> Shape {
+        Shape::Mesh {
+            mesh: self.mesh,
+            transform: *place * self.transform,
         }
-        (None, None) => Err(table.error(format!(
-            "{owner} has no shape; add sphere = {{ center = [x, y, z], radius = r }} or quad = {{ corner = [..], u = [..], v = [..] }}"
-        ))),
     }
+}
+
+/// The one shape of an object or light.
+pub(super) fn shapes(table: &Table, owner: &str, files: &mut Files) -> Result<Placed> {
+    let mut found: Vec<Value> = ["sphere", "quad", "mesh"]
+        .into_iter()
+        .filter_map(|key| table.get(key))
+        .collect();
+    found.sort_by_key(|value| value.key_at);
+    let value = match found[..] {
+        [value] => value,
+        [_, second, ..] => {
+            return Err(
+                second.key_error(format!("{owner} has two shapes; give each its own table"))
+            );
+        }
+        [] => {
+            return Err(table.error(format!(
+                "{owner} has no shape; add sphere = {{ center = [x, y, z], radius = r }}, quad = {{ corner = [..], u = [..], v = [..] }} or mesh = {{ file = \"x.ply\" }}"
+            )));
+        }
+    };
+    let transform = Transform::of(table)?;
+    let shape = match value.key {
+        "sphere" => sphere(value)?,
+        "quad" => quad(value)?,
+        _ => {
+            let model = mesh(value, files)?;
+            let place = transform
+                .as_ref()
+                .map_or(Affine3A::IDENTITY, |transform| transform.affine);
+            if let Some(transform) = transform {
+                for part in &model.parts {
+                    transform.check(&files.scene.meshes[part.mesh], &(place * part.transform))?;
+                }
+            }
+            return Ok(Placed::Model(model, place));
+        }
+    };
+    Ok(Placed::Shape(match transform {
+        Some(transform) => transform.apply(shape)?,
+        None => shape,
+    }))
+}
+
+fn mesh(value: Value, files: &mut Files) -> Result<Rc<Model>> {
+    const EXAMPLE: &str = "mesh = { file = \"x.ply\" }";
+    let table = value.table(EXAMPLE)?;
+    table.keys("a mesh", &["file"], &[])?;
+    files.model(table.require("this mesh", "file", "file = \"x.ply\"")?)
 }
 
 fn sphere(value: Value) -> Result<Shape> {

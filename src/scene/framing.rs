@@ -1,0 +1,97 @@
+//! A camera and a sky for files that have none.
+
+use super::description::{
+    Camera, Description, Environment, FilmDescription, Filter, NamedCamera, RenderDefaults, Shape,
+};
+use crate::lanes::Rgb;
+use glam::{DVec3, Vec3};
+
+/// Degrees.
+const VERTICAL_FOV: f32 = 40.0;
+/// From the middle of what is seen towards the camera: from the front and the right, and from above.
+const TOWARDS_CAMERA: DVec3 = DVec3::new(0.5, 0.45, 0.74);
+
+/// A three-quarter view from above of all between two corners of a box, world space: its circumscribed sphere fits into a
+/// square image.
+pub fn frame(low: Vec3, high: Vec3) -> Camera {
+    let (low, high) = (low.as_dvec3(), high.as_dvec3());
+    let middle = 0.5 * (low + high);
+    // Far enough from a single point to have a direction, in 32-bit floats too.
+    let radius = (0.5 * (high - low).length())
+        .max(1e-6 * middle.length())
+        .max(1e-6);
+    let distance = radius / f64::from(0.5 * VERTICAL_FOV).to_radians().sin();
+    let position = middle + distance * TOWARDS_CAMERA.normalize();
+    Camera {
+        position: position.as_vec3(),
+        look_at: middle.as_vec3(),
+        up: Vec3::Y,
+        vertical_fov: VERTICAL_FOV,
+        aperture_radius: 0.0,
+        focus_distance: distance as f32,
+    }
+}
+
+/// A bright overcast sky over a darker ground.
+pub fn soft_sky() -> Environment {
+    Environment::Gradient {
+        zenith: Rgb::new(1.1, 1.15, 1.25),
+        horizon: Rgb::new(0.75, 0.75, 0.75),
+        ground: Rgb::new(0.2, 0.19, 0.18),
+    }
+}
+
+/// A description of nothing, to be filled by a loader.
+pub(super) fn nothing(name: &str) -> Description {
+    Description {
+        name: name.to_owned(),
+        hash: String::new(),
+        cameras: Vec::new(),
+        film: FilmDescription {
+            width: 256,
+            height: 256,
+            filter: Filter::default(),
+        },
+        render: RenderDefaults::default(),
+        materials: Vec::new(),
+        objects: Vec::new(),
+        lights: Vec::new(),
+        punctual: Vec::new(),
+        environment: None,
+        meshes: Vec::new(),
+        textures: Vec::new(),
+        warnings: Vec::new(),
+    }
+}
+
+/// Adds a camera and a sky where there is no camera and no light.
+pub(super) fn complete(mut scene: Description) -> Description {
+    if scene.cameras.is_empty() {
+        let (low, high) = bounds(&scene);
+        scene.cameras.push(NamedCamera {
+            name: "camera".to_owned(),
+            camera: frame(low, high),
+        });
+    }
+    if scene.lights.is_empty() && scene.punctual.is_empty() && scene.environment.is_none() {
+        scene.environment = Some(soft_sky());
+    }
+    scene
+}
+
+/// The box around all meshes, world space.
+fn bounds(scene: &Description) -> (Vec3, Vec3) {
+    let objects = scene.objects.iter().map(|object| &object.shape);
+    let lights = scene.lights.iter().map(|light| &light.shape);
+    let mut corners = objects.chain(lights).filter_map(|shape| match shape {
+        Shape::Mesh { mesh, transform } => Some((&scene.meshes[*mesh], transform)),
+        _ => None,
+    });
+    let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    corners.by_ref().fold(empty, |bounds, (mesh, transform)| {
+        mesh.positions.iter().fold(bounds, |(low, high), &point| {
+            let point = transform.transform_point3(point);
+            (low.min(point), high.max(point))
+        })
+    })
+}

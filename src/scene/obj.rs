@@ -1,1 +1,0 @@
-//! OBJ meshes with MTL materials.

@@ -1,0 +1,8 @@
+//! Files of meshes and images: what is read, and what is refused with which words.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod framing;
+mod images;
+mod obj;
+mod ply;
