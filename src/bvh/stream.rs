@@ -342,13 +342,6 @@ impl Slot {
     }
 }
 
-/// One of two words, without a branch: which it is, is anybody's guess.
-#[inline(always)]
-fn select(condition: bool, on: u32, off: u32) -> u32 {
-    let mask = u32::from(condition).wrapping_neg();
-    (on & mask) | (off & !mask)
-}
-
 /// The rays whose next place is of one kind. Its length is kept in a register, where a memory of lengths by kind would
 /// make each step wait for the one before.
 struct List {
