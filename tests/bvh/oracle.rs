@@ -5,12 +5,16 @@
 //! Ray/Triangle Intersection). With u the rounding of one operation, d the direction and M the distance from the ray's
 //! origin to the farthest corner:
 //!
-//! - a corner relative to the origin, sheared, has six roundings: 6uM, and is 2M long at most;
-//! - an edge function is the difference of two products of those: 2·(2·2M·6uM + u·4M²) + u·8M² = 64uM²;
+//! - a corner relative to the origin, sheared, has at most 16 roundings of the size of M: that is how far it moves
+//!   sideways. An edge function is a cross product of two corners, at most h off the ray: with both moved by s it changes
+//!   by less than 4hs + 4s²;
 //! - the distance is the mean of the corners' distances weighted by edge functions. Those are measured in any direction
-//!   within 55° of the ray (the axis nearest to it), where corners are at most √3 times the longest edge L apart: it is off
-//!   by 3·64uM²·√3L/|sum of edge functions|, and by 16uM for the rest. Of a triangle that is all but edge-on it is no
-//!   farther from those of the corners than that.
+//!   within 55° of the ray (the axis nearest to it), which changes a corner's by √2h: the mean is off by three edge
+//!   functions' errors times the corners' extent, over the sum of the edge functions, and by 16uM for the rest. Where that
+//!   sum is no more than rounding, it is anywhere between the corners' distances.
+//!
+//! So a triangle of less than some 64uM across may be met by a ray that passes it far away. No kernel that shears corners
+//! can do better; boxes around it can.
 //!
 //! None of this holds where cubes of lengths underflow, below 10⁻¹².
 //!
@@ -81,22 +85,21 @@ impl Meeting {
         let axis = direction / length;
         let edges = [b.cross(c), c.cross(a), a.cross(b)].map(|moment| axis.dot(moment));
         let farthest = a.length().max(b.length()).max(c.length());
-        let error = 64.0 * U * farthest * farthest
-            + 2.0 * farthest * lost_origin
-            + farthest * farthest * lost_direction;
+        let aside = [a, b, c].map(|corner| corner.cross(axis).length());
+        let aside = aside.into_iter().fold(0.0, f64::max);
+        let moved = 16.0 * U * farthest + lost_origin + farthest * lost_direction;
+        let error = 4.0 * moved * (aside + moved);
 
         let along = [a, b, c].map(|corner| axis.dot(corner));
-        let low = along.into_iter().fold(f64::INFINITY, f64::min);
-        let high = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        let moved = 16.0 * U * farthest + lost_origin + farthest * lost_direction;
-        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-        let extent = 3f64.sqrt() * longest;
-        let mut distance = low - extent - moved..=high + extent + moved;
+        let tilted = 2f64.sqrt() * (aside + moved);
+        let low = along.into_iter().fold(f64::INFINITY, f64::min) - tilted;
+        let high = along.into_iter().fold(f64::NEG_INFINITY, f64::max) + tilted;
+        let mut distance = low - moved..=high + moved;
         let sum: f64 = edges.iter().sum();
         if sum.abs() > 6.0 * error {
             let at = (0..3).map(|k| edges[k] * along[k]).sum::<f64>() / sum;
             // Twice the first order: the sum itself is off by less than half.
-            let off = 2.0 * 3.0 * error * extent / sum.abs() + moved;
+            let off = 2.0 * 3.0 * error * (high - low) / sum.abs() + moved;
             distance = distance.start().max(at - off)..=distance.end().min(at + off);
         }
         Self {

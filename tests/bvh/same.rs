@@ -2,7 +2,7 @@
 
 use crate::common::Random;
 use crate::rays::{Ray, closest, occluded, tree};
-use crate::scenes::{below, corners, mixed, placed, soup};
+use crate::scenes::{below, corners, mixed, mixed_sturdy, placed, soup};
 use crate::{PLAIN, QUALITIES, rays_at};
 use ondine::bvh::{Bvh, Hit, Instance, NO_TRIANGLE, Quality};
 use ondine::scene::mesh::Mesh;
@@ -61,7 +61,9 @@ fn assert_same(got: &[Hit], want: &[Hit], rays: &[Ray], what: &str) {
 fn a_tree_finds_what_its_triangles_find_alone_and_the_first_of_equals() {
     let mut random = Random::new(211);
     for round in 0..12 {
-        let meshes: Vec<Mesh> = (0..1 + round % 2).map(|_| mixed(&mut random, 60)).collect();
+        let meshes: Vec<Mesh> = (0..1 + round % 2)
+            .map(|_| mixed_sturdy(&mut random, 80))
+            .collect();
         let mut instances = if round % 3 == 0 {
             vec![PLAIN]
         } else {

@@ -82,6 +82,13 @@ pub fn mixed(random: &mut Random, count: usize) -> Mesh {
     soup(triangles)
 }
 
+/// The same without those that are so small beside the distances of rays that rounding alone decides about them.
+pub fn mixed_sturdy(random: &mut Random, count: usize) -> Mesh {
+    let mesh = mixed(random, count);
+    let is_sturdy = |&[a, b, c]: &[Vec3; 3]| (b - a).length().max((c - a).length()) > 0.02;
+    soup((0..count).map(|i| corners(&mesh, i)).filter(is_sturdy))
+}
+
 /// Turned, mirrored, squeezed and moved, two of each mesh and one of the first where it is.
 pub fn placed(random: &mut Random, meshes: usize) -> Vec<Instance> {
     let mut instances = vec![Instance {
