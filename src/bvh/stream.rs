@@ -319,7 +319,12 @@ impl Slot {
         let best = splat(self.slabs.best);
         met &= t.simd_gt(splat(self.slabs.nearest));
         if ANY {
-            let ignored = block.triangles.simd_eq(u32x8::splat(self.own.ignored));
+            let ignored = if self.instance == 0 {
+                self.own.ignored
+            } else {
+                NO_TRIANGLE
+            };
+            let ignored = block.triangles.simd_eq(u32x8::splat(ignored));
             met &= t.simd_lt(best) & !f32x8::from_bits(ignored);
             self.key |= u64::from(met.any());
             return;
