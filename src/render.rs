@@ -1,5 +1,6 @@
 //! Floor 5: a whole image. Tiles go to rayon workers, one workspace each; nothing but the film is shared.
 
+use crate::bvh::Quality;
 use crate::error::{Error, Result};
 use crate::film::{AovSet, BLOCK, Film, MAX_SAMPLES, Region};
 use crate::sampling::Sampler;
@@ -14,7 +15,7 @@ use std::time::{Duration, Instant};
 /// Paths of a wave unless asked otherwise: with one material kind its queues take 600 KB, which a core's cache holds.
 pub const DEFAULT_WAVE: u32 = 2048;
 
-/// Everything that decides what is rendered and how. All but `threads` and `wave` (and `time`, by how far it lets the
+/// Everything that decides what is rendered and how. All but `threads`, `wave` and `bvh` (and `time`, by how far it lets the
 /// samples get) decide the image's bits.
 #[derive(Clone, Debug)]
 pub struct Settings {
@@ -44,6 +45,8 @@ pub struct Settings {
     pub threads: Option<usize>,
     /// Paths of a wave, at least [`BLOCK`].
     pub wave: u32,
+    /// How trees of triangles are built.
+    pub bvh: Quality,
     /// No wave begins later than this.
     pub time: Option<Duration>,
 }
@@ -66,6 +69,7 @@ impl Settings {
             aovs: AovSet::default(),
             threads: None,
             wave: DEFAULT_WAVE,
+            bvh: Quality::default(),
             time: None,
         }
     }
@@ -151,17 +155,6 @@ pub fn render(
     settings.check()?;
     let begin = Instant::now();
     let camera = find_camera(description, settings)?;
-    let scene = Scene::compile(description);
-    let sampler = match settings.sampler {
-        SamplerKind::Pcg => Sampler::pcg(settings.seed, settings.path_length),
-        SamplerKind::Sobol => Sampler::sobol(settings.seed, settings.path_length),
-    };
-    let film = Film::new(
-        settings.width,
-        settings.height,
-        settings.region,
-        settings.aovs,
-    )?;
     let threads = settings
         .threads
         .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get));
@@ -173,6 +166,17 @@ pub fn render(
                 "cannot start {threads} threads: {error}; ask for fewer with --threads"
             ))
         })?;
+    let scene = pool.install(|| Scene::compile_with(description, settings.bvh));
+    let sampler = match settings.sampler {
+        SamplerKind::Pcg => Sampler::pcg(settings.seed, settings.path_length),
+        SamplerKind::Sobol => Sampler::sobol(settings.seed, settings.path_length),
+    };
+    let film = Film::new(
+        settings.width,
+        settings.height,
+        settings.region,
+        settings.aovs,
+    )?;
     let build = begin.elapsed();
 
     let ctx = Context {

@@ -124,8 +124,10 @@ impl Extent {
     }
 }
 
-/// Bins along each axis.
+/// Bins along each axis, at most; where there are few items, half of them serve.
 const BINS: usize = 16;
+/// So few items.
+const SPARSE: usize = 96;
 /// From so many items on, several threads work on one run.
 const PARALLEL: usize = 1 << 16;
 /// Items that a thread takes at a time then.
@@ -352,10 +354,10 @@ impl<'a> Run<'a> {
             return self.halves();
         };
         let (first, depth, items) = (self.first, self.depth, self.items);
-        let bin_of = best.bin_of;
-        let (middle, low, high) = partition(items, |item| {
-            bin_of.bins(item.center())[best.axis] < best.bin
-        });
+        let (middle, low_centers, high_centers) = partition(items, &best);
+        let extent = |hull, centers| Extent { hull, centers };
+        let low = extent(best.low, low_centers);
+        let high = extent(best.high, high_centers);
         let (a, b) = items.split_at_mut(middle);
         (
             best.axis,
@@ -445,26 +447,27 @@ fn far_to_near(family: &[Family], octant: usize) -> u32 {
 struct BinOf {
     origin: f32x4,
     scale: f32x4,
+    bins: usize,
 }
 
 impl BinOf {
-    fn new(centers: &Hull) -> Self {
+    fn new(centers: &Hull, items: usize) -> Self {
         let size = centers.high - centers.low;
+        let bins = if items < SPARSE { BINS / 2 } else { BINS };
         // A hair less than the number of bins, so that the last centre is in the last one; 0 where there is no extent.
-        let scale = f32x4::splat(BINS as f32 * (1.0 - 1e-5)) / size;
+        let scale = f32x4::splat(bins as f32 * (1.0 - 1e-5)) / size;
         let some = size.simd_gt(f32x4::splat(f32::MIN_POSITIVE)) & scale.is_finite();
         Self {
             origin: centers.low,
             scale: scale & some,
+            bins,
         }
     }
 
+    /// Places among the bins, whole numbers from 0 on when cut off.
     #[inline(always)]
-    fn bins(&self, center: f32x4) -> [i32; 4] {
-        // Within 0 to BINS - 1, as the origin is the least centre.
-        ((center - self.origin) * self.scale)
-            .fast_trunc_int()
-            .to_array()
+    fn places(&self, center: f32x4) -> f32x4 {
+        (center - self.origin) * self.scale
     }
 }
 
@@ -479,12 +482,14 @@ struct Bins {
 struct Best {
     axis: usize,
     bin: i32,
+    low: Hull,
+    high: Hull,
     bin_of: BinOf,
 }
 
 impl Bins {
     fn fill(items: &[Item], extent: &Extent) -> Self {
-        let bin_of = BinOf::new(&extent.centers);
+        let bin_of = BinOf::new(&extent.centers, items.len());
         let empty = || Self {
             hulls: [[Hull::empty(); BINS]; 3],
             counts: [[0; BINS]; 3],
@@ -493,9 +498,9 @@ impl Bins {
         let one = |items: &[Item]| {
             let mut bins = empty();
             for item in items {
-                let [x, y, z, _] = bin_of.bins(item.center());
-                for (axis, bin) in [x, y, z].into_iter().enumerate() {
-                    let bin = bin as usize & (BINS - 1);
+                let places = bin_of.places(item.center()).fast_trunc_int().to_array();
+                for axis in 0..3 {
+                    let bin = places[axis] as usize & (BINS - 1);
                     bins.hulls[axis][bin].add(item.low, item.high);
                     bins.counts[axis][bin] += 1;
                 }
@@ -522,52 +527,67 @@ impl Bins {
     fn best(&self, leaf: usize) -> Option<Best> {
         // A leaf is met as a whole: it costs the same however full it is.
         let cost = |hull: &Hull, count: u32| hull.area() * count.div_ceil(leaf as u32) as f32;
+        let bins = self.bin_of.bins;
         let mut cheapest = f32::INFINITY;
         let mut best = None;
         for axis in 0..3 {
             let (hulls, counts) = (&self.hulls[axis], &self.counts[axis]);
-            let mut above = [0.0; BINS];
+            let mut above = [(f32::INFINITY, Hull::empty()); BINS];
             let (mut hull, mut count) = (Hull::empty(), 0);
-            for bin in (1..BINS).rev() {
+            for bin in (1..bins).rev() {
                 hull = hull.union(hulls[bin]);
                 count += counts[bin];
-                above[bin] = if count > 0 {
-                    cost(&hull, count)
-                } else {
-                    f32::INFINITY
-                };
+                if count > 0 {
+                    above[bin] = (cost(&hull, count), hull);
+                }
             }
             let (mut hull, mut count) = (Hull::empty(), 0);
-            for bin in 1..BINS {
+            for bin in 1..bins {
                 hull = hull.union(hulls[bin - 1]);
                 count += counts[bin - 1];
-                if count > 0 && cost(&hull, count) + above[bin] < cheapest {
-                    cheapest = cost(&hull, count) + above[bin];
-                    best = Some((axis, bin as i32));
+                let (above, high) = above[bin];
+                let sum = cost(&hull, count) + above;
+                if count > 0 && sum < cheapest {
+                    cheapest = sum;
+                    best = Some(Best {
+                        axis,
+                        bin: bin as i32,
+                        low: hull,
+                        high,
+                        bin_of: self.bin_of,
+                    });
                 }
             }
         }
-        best.map(|(axis, bin)| Best {
-            axis,
-            bin,
-            bin_of: self.bin_of,
-        })
+        best
     }
 }
 
-/// Items that are `low` first; how many those are, and the extents of both parts.
-fn partition(items: &mut [Item], low: impl Fn(&Item) -> bool) -> (usize, Extent, Extent) {
-    let (mut left, mut right) = (Extent::empty(), Extent::empty());
-    let (mut i, mut j) = (0, items.len());
-    while i < j {
-        if low(&items[i]) {
-            left.add(&items[i]);
-            i += 1;
-        } else {
-            right.add(&items[i]);
-            j -= 1;
-            items.swap(i, j);
-        }
+/// Items that are `low` first; how many those are, and the boxes around both parts' centres.
+///
+/// Every item goes to both boxes' sums, masked, and is swapped whatever it is: which part it belongs to is anybody's guess,
+/// and a branch on it would cost more.
+fn partition(items: &mut [Item], best: &Best) -> (usize, Hull, Hull) {
+    let (axis, bin) = (best.axis & 3, f32x4::splat(best.bin as f32));
+    let (mut left, mut right) = (Hull::empty(), Hull::empty());
+    let mut middle = 0;
+    for place in 0..items.len() {
+        let item = items[place];
+        let center = item.center();
+        let below = best.bin_of.places(center).simd_lt(bin).to_bitmask() >> axis & 1;
+        let mask = f32x4::splat(f32::from_bits(below.wrapping_neg()));
+        let none = Hull::empty();
+        left.add(
+            mask.select(center, none.low),
+            mask.select(center, none.high),
+        );
+        right.add(
+            mask.select(none.low, center),
+            mask.select(none.high, center),
+        );
+        items[place] = items[middle];
+        items[middle] = item;
+        middle += below as usize;
     }
-    (i, left, right)
+    (middle, left, right)
 }

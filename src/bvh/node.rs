@@ -1,6 +1,6 @@
 //! How the tree lies in memory.
 
-use crate::lanes::{WIDTH, f32x8, u32x8};
+use crate::lanes::{f32x8, u32x8};
 use glam::{Affine3A, Vec3};
 
 /// A box around things.

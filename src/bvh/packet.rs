@@ -5,10 +5,10 @@
 //! no ray meets, the more the wider the bundle is: rays that do not keep together are not taken.
 
 use super::Bvh;
-use super::node::{Block, Link, Node, compress, unpack};
+use super::node::{Block, Link, compress, unpack};
 use super::stream::{FAR, RaysX8, WIDEN};
 use super::triangle::{AXES, ShearX8, meet_triangle, meet_triangle_mixed};
-use crate::lanes::{Vec3x8, WIDTH, f32x8, u32x8};
+use crate::lanes::{WIDTH, f32x8, u32x8};
 
 /// Entries of a bundle's stack.
 const STACK: usize = 8 * super::build::MAX_DEPTH + 2 * WIDTH;

@@ -319,7 +319,12 @@ impl Slot {
         let best = splat(self.slabs.best);
         met &= t.simd_gt(splat(self.slabs.nearest));
         if ANY {
-            let ignored = block.triangles.simd_eq(u32x8::splat(self.own.ignored));
+            let ignored = if self.instance == 0 {
+                self.own.ignored
+            } else {
+                NO_TRIANGLE
+            };
+            let ignored = block.triangles.simd_eq(u32x8::splat(ignored));
             met &= t.simd_lt(best) & !f32x8::from_bits(ignored);
             self.key |= u64::from(met.any());
             return;
@@ -340,13 +345,6 @@ impl Slot {
         self.slabs.best = f32::from_bits((first >> 64) as u32);
         self.key = first as u64;
     }
-}
-
-/// One of two words, without a branch: which it is, is anybody's guess.
-#[inline(always)]
-fn select(condition: bool, on: u32, off: u32) -> u32 {
-    let mask = u32::from(condition).wrapping_neg();
-    (on & mask) | (off & !mask)
 }
 
 /// The rays whose next place is of one kind. Its length is kept in a register, where a memory of lengths by kind would

@@ -2,8 +2,9 @@
 
 use crate::film::tonemap::Operator;
 use crate::film::{AovSet, Region};
+use crate::bvh::Quality;
 use crate::render::DEFAULT_WAVE;
-use crate::scene::description::{SamplerKind, Strategy};
+use crate::scene::description::{SamplerKind, Strategy, choices};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -30,6 +31,13 @@ Examples:
 The image depends on scene, settings and seed alone: threads and wave size do not change a bit of it.
 Ctrl-C writes what there is and exits with 130; a second Ctrl-C quits at once.";
 
+const RAYS_FORMATS: &str = "\
+Examples:
+  ondine rays bunny.ply primary.f32 --threads 1
+  ondine rays bunny.ply shadow.f32 --kind any --json | jq .mrays_per_s
+
+Rays pass through the queues and kernels of a render. Time is that of tracing alone.";
+
 /// Ondine, a wavefront path tracer for the CPU: eight-lane stages, exact film, the same bits every time.
 #[derive(Debug, Parser)]
 #[command(name = "ondine", version, after_help = EXAMPLES, max_term_width = 110)]
@@ -44,6 +52,8 @@ pub(super) enum Command {
     Render(RenderArgs),
     /// Show what a scene or an OpenEXR image holds
     Info(InfoArgs),
+    /// Measure how fast given rays meet a mesh
+    Rays(RaysArgs),
     /// List the built-in scenes, or print one as a scene file
     Scenes(ScenesArgs),
 }
@@ -126,6 +136,9 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", help_heading = "Running",
           allow_negative_numbers = true, value_parser = whole::<usize>)]
     pub threads: Option<usize>,
+    /// How trees of triangles are built: fast, or best (slower to build, faster to trace); changes the speed alone
+    #[arg(long, default_value = "fast", help_heading = "Running", value_parser = choice::<Quality>(&["fast", "best"]))]
+    pub bvh: Quality,
     /// Paths that a worker carries at a time; changes the speed alone
     #[arg(long, value_name = "N", default_value_t = DEFAULT_WAVE, help_heading = "Running",
           allow_negative_numbers = true, value_parser = whole::<u32>)]
@@ -151,6 +164,43 @@ pub(super) struct ScenesArgs {
     /// Print the text of this scene
     pub name: Option<String>,
 }
+
+/// Measure how fast given rays meet a mesh
+#[derive(Args, Debug)]
+#[command(after_help = RAYS_FORMATS)]
+pub(super) struct RaysArgs {
+    /// The mesh: a PLY file
+    pub mesh: PathBuf,
+    /// The rays: little-endian 32-bit floats, eight a ray: ox oy oz tmin dx dy dz tmax
+    pub rays: PathBuf,
+    /// What to look for: the closest hit, or whether there is any
+    #[arg(long, default_value = "closest", value_parser = choice::<RayKind>(&["closest", "any"]))]
+    pub kind: RayKind,
+    /// How the tree is built: fast, or best (slower to build, faster to trace where triangles are long)
+    #[arg(long, default_value = "fast", value_parser = choice::<Quality>(&["fast", "best"]))]
+    pub bvh: Quality,
+    /// Worker threads [default: one for each processor]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads)]
+    pub threads: Option<usize>,
+    /// Measured runs, after one to warm up
+    #[arg(long, value_name = "N", default_value_t = 7, allow_negative_numbers = true, value_parser = repeats)]
+    pub repeat: usize,
+    /// Write what each ray met: f32 distance, u32 triangle; a miss is inf and 0xffffffff
+    #[arg(long, value_name = "OUT")]
+    pub hits: Option<PathBuf>,
+    /// Print one JSON object instead of a summary
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What rays look for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RayKind {
+    Closest,
+    Any,
+}
+
+choices!(RayKind, "kind of ray": "closest" = Closest, "any" = Any);
 
 /// One of a few names, which the help lists.
 fn choice<T>(names: &'static [&'static str]) -> impl TypedValueParser<Value = T>
@@ -188,6 +238,21 @@ impl Bounds for u64 {
 
 impl Bounds for usize {
     const MAX: u64 = usize::MAX as u64;
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    within(text, 1, 1024)
+}
+
+fn repeats(text: &str) -> Result<usize, String> {
+    within(text, 1, 1_000_000)
+}
+
+fn within(text: &str, low: usize, high: usize) -> Result<usize, String> {
+    whole(text)
+        .ok()
+        .filter(|number| (low..=high).contains(number))
+        .ok_or_else(|| format!("write a whole number from {low} to {high}"))
 }
 
 fn size(text: &str) -> Result<(u32, u32), String> {

@@ -168,12 +168,12 @@ impl SceneInfo {
         line("lights", &counted(&self.lights));
         line("materials", &counted(&self.materials));
         if self.meshes.count > 0 {
-            let (meshes, instances) = (&self.meshes, self.instances);
             let value = format!(
-                "{} in {instances} instances of {} meshes, {}",
+                "{} (instances: {}, meshes: {}, {})",
                 self.triangles,
-                meshes.count,
-                size(meshes.bytes)
+                self.instances,
+                self.meshes.count,
+                size(self.meshes.bytes)
             );
             line("triangles", &value);
         }

@@ -10,6 +10,7 @@ mod interrupt;
 mod memory;
 mod outputs;
 mod progress;
+mod rays;
 mod render;
 mod report;
 mod scenes;
@@ -50,6 +51,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
     let outcome = match &arguments.command {
         Command::Render(args) => render::run(args),
         Command::Info(args) => info::run(args),
+        Command::Rays(args) => rays::run(args),
         Command::Scenes(args) => scenes::run(args),
     };
     match outcome {
@@ -103,6 +105,18 @@ fn in_one_line(text: &str) -> String {
 /// A message on stderr. Where nobody can read it, nothing is lost by going on.
 fn say(message: impl std::fmt::Display) {
     let _ = writeln!(io::stderr(), "{message}");
+}
+
+/// Worker threads of a command's own.
+fn workers(threads: usize) -> Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| {
+            crate::error::Error::Usage(format!(
+                "cannot start {threads} threads: {error}; ask for fewer with --threads"
+            ))
+        })
 }
 
 /// Text on stdout. A reader that has gone away (`| head`) has had enough: no error.

@@ -5,7 +5,7 @@ use super::outputs::Outputs;
 use super::progress::Progress;
 use super::report::{Report, seconds};
 use super::{Outcome, interrupt, memory};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::film::tonemap::Tonemap;
 use crate::film::{MAX_SAMPLES, exr, png};
 use crate::render::{Control, Settings, render};
@@ -93,6 +93,7 @@ fn settings(args: &RenderArgs, scene: &Description) -> Settings {
         aovs: args.aov.unwrap_or(settings.aovs),
         threads: args.threads.or(settings.threads),
         wave: args.wave,
+        bvh: args.bvh,
         time: args.time,
         ..settings
     }
@@ -106,10 +107,7 @@ fn write(
     args: &RenderArgs,
 ) -> Result<()> {
     let metadata = report.metadata();
-    let workers = rayon::ThreadPoolBuilder::new()
-        .num_threads(report.threads)
-        .build()
-        .map_err(|error| Error::Usage(format!("cannot start threads to write with: {error}")))?;
+    let workers = super::workers(report.threads)?;
     workers.install(|| exr::write(&outputs.exr, film, &metadata))?;
     if let Some(path) = &outputs.png {
         let tonemap = Tonemap {

@@ -4,6 +4,7 @@ pub use crate::texture::{Image, Pixels, Texture, Wrap};
 
 use super::mesh::Mesh;
 use super::toml::names;
+use crate::bvh::Quality;
 use crate::error::Error;
 use crate::lanes::Rgb;
 use crate::material::Material;
@@ -321,7 +322,7 @@ pub struct LatLong {
 }
 
 /// Writes `NAMES`, `Display` and `FromStr` of a choice from the one list of its names.
-macro_rules! names {
+macro_rules! choices {
     ($type:ident, $what:literal: $($name:literal = $variant:ident),+) => {
         impl $type {
             /// Each choice and its name in scene files and on the command line.
@@ -335,22 +336,24 @@ macro_rules! names {
         }
 
         impl std::str::FromStr for $type {
-            type Err = Error;
+            type Err = $crate::error::Error;
 
-            fn from_str(name: &str) -> Result<Self, Error> {
-                choose($what, name, Self::NAMES)
+            fn from_str(name: &str) -> Result<Self, $crate::error::Error> {
+                $crate::scene::description::choose($what, name, Self::NAMES)
             }
         }
     };
 }
 
-names!(Strategy, "strategy": "uniform" = Uniform, "cosine" = Cosine, "light" = Light, "mis" = Mis);
-names!(SamplerKind, "sampler": "pcg" = Pcg, "sobol" = Sobol);
-names!(Wrap, "wrap": "repeat" = Repeat, "mirror" = Mirror, "clamp" = Clamp);
-names!(Filter, "filter": "box" = Box, "tent" = Tent, "gaussian" = Gaussian);
+pub(crate) use choices;
+choices!(Strategy, "strategy": "uniform" = Uniform, "cosine" = Cosine, "light" = Light, "mis" = Mis);
+choices!(SamplerKind, "sampler": "pcg" = Pcg, "sobol" = Sobol);
+choices!(Quality, "tree": "fast" = Fast, "best" = Best);
+choices!(Wrap, "wrap": "repeat" = Repeat, "mirror" = Mirror, "clamp" = Clamp);
+choices!(Filter, "filter": "box" = Box, "tent" = Tent, "gaussian" = Gaussian);
 
 /// The choice of that name, or an error that lists all.
-fn choose<T: Copy>(what: &str, name: &str, choices: &[(&str, T)]) -> Result<T, Error> {
+pub(crate) fn choose<T: Copy>(what: &str, name: &str, choices: &[(&str, T)]) -> Result<T, Error> {
     if let Some(&(_, choice)) = choices.iter().find(|(known, _)| *known == name) {
         return Ok(choice);
     }

@@ -91,6 +91,7 @@ impl Meshes {
         description: &Description,
         sources: Vec<Arc<Mesh>>,
         placed: Vec<Placed>,
+        quality: Quality,
     ) -> (Option<Self>, Vec<u32>) {
         let mut light_ids = vec![NONE; description.lights.len()];
         let mut count: HashMap<usize, usize> = HashMap::new();
@@ -118,7 +119,7 @@ impl Meshes {
         let mut first_part = (a.len() + c.len()) as u32;
         let mut layers = [(a, b), (c, d)].into_iter().map(|(world, placed)| {
             let layer = Layer {
-                tree: build(&sources, world, placed, &mut corners),
+                tree: build(&sources, world, placed, quality, &mut corners),
                 world: (!world.is_empty()).then_some(first),
                 first_part,
             };
@@ -236,6 +237,7 @@ fn build(
     sources: &[Arc<Mesh>],
     world: &[Placed],
     placed: &[Placed],
+    quality: Quality,
     bounds: &mut (Vec3, Vec3),
 ) -> Bvh {
     let mut widen = |p: Vec3| *bounds = (bounds.0.min(p), bounds.1.max(p));
@@ -291,7 +293,7 @@ fn build(
             to_world: part.to_world,
         });
     }
-    Bvh::build(&meshes, &instances, Quality::default())
+    Bvh::build(&meshes, &instances, quality)
 }
 
 fn box_corners((low, high): (Vec3, Vec3)) -> [Vec3; 8] {

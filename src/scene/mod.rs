@@ -25,6 +25,7 @@ mod punctual;
 pub mod surface;
 pub mod toml;
 
+use crate::bvh::Quality;
 use crate::lanes::{Rgb, Table, Vec3x8, f32x8, u32x8};
 use crate::material::Kind;
 use crate::shape::{Room, Shapes};
@@ -83,8 +84,13 @@ pub struct SurfaceX8 {
 impl Scene {
     /// Compiles a description.
     pub fn compile(description: &Description) -> Self {
+        Self::compile_with(description, Quality::default())
+    }
+
+    /// The same with trees built by choice, on the threads of the current rayon pool.
+    pub fn compile_with(description: &Description, quality: Quality) -> Self {
         let (sources, placed) = meshes::place(description);
-        let (meshes, mut light_ids) = Meshes::compile(description, sources, placed);
+        let (meshes, mut light_ids) = Meshes::compile(description, sources, placed, quality);
         let primitives: Vec<Primitive> = primitives(description)
             .filter(|primitive| !meshes::is_mesh(description, primitive))
             .collect();

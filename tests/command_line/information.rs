@@ -134,7 +134,7 @@ fn info_counts_triangles_and_tells_what_was_left_out() {
     );
     let text = ondine(&folder, "info a.ply").stdout;
     for line in [
-        "triangles    2 in 1 instances of 1 meshes, 0.0 MiB\n",
+        "triangles    2 (instances: 1, meshes: 1, 0.0 MiB)\n",
         "environment  gradient\n",
         "warning      a.ply: 1 triangle without an area left out\n",
     ] {

@@ -1,0 +1,104 @@
+//! Rays of which everything can be said, and a tree asked about a list of them.
+#![allow(dead_code, reason = "each test file uses a part")]
+
+use glam::Vec3;
+use ondine::bvh::{
+    Bvh, Hit, HitX8, Instance, NO_TRIANGLE, Quality, Rays, ShadowRays, Stacks, Triangles,
+};
+use ondine::lanes::{Queue, Vec3x8, WIDTH, f32x8, u32x8};
+use ondine::record;
+use ondine::scene::mesh::Mesh;
+
+record! {
+    /// A ray, for either kind of question.
+    pub struct Ray, RayX8 {
+        /// World space.
+        origin: Vec3,
+        /// World space.
+        direction: Vec3,
+        /// What is met is farther.
+        nearest: f32,
+        /// What is met is nearer.
+        farthest: f32,
+        /// Triangle that shadow rays pass through.
+        ignored: u32,
+    }
+}
+
+impl Ray {
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self {
+            origin,
+            direction,
+            nearest: 0.0,
+            farthest: f32::INFINITY,
+            ignored: NO_TRIANGLE,
+        }
+    }
+}
+
+impl Rays for RayX8 {
+    fn origin(&self) -> &Vec3x8 {
+        &self.origin
+    }
+    fn direction(&self) -> &Vec3x8 {
+        &self.direction
+    }
+    fn nearest(&self) -> f32x8 {
+        self.nearest
+    }
+}
+
+impl ShadowRays for RayX8 {
+    fn farthest(&self) -> f32x8 {
+        self.farthest
+    }
+    fn ignored(&self) -> u32x8 {
+        self.ignored
+    }
+}
+
+pub fn tree(meshes: &[Mesh], instances: &[Instance], quality: Quality) -> Bvh {
+    let meshes: Vec<Triangles> = meshes
+        .iter()
+        .map(|mesh| Triangles {
+            positions: &mesh.positions,
+            corners: &mesh.triangles,
+        })
+        .collect();
+    Bvh::build(&meshes, instances, quality)
+}
+
+fn queue(rays: &[Ray]) -> Queue<RayX8> {
+    let mut queue = Queue::with_capacity(rays.len());
+    for &ray in rays {
+        queue.push_one(ray);
+    }
+    queue
+}
+
+/// The nearest hit of each ray; where there is none, `farthest` and no triangle.
+pub fn closest(bvh: &Bvh, rays: &[Ray]) -> Vec<Hit> {
+    let mut hits = vec![HitX8::default(); rays.len().div_ceil(WIDTH)];
+    for (i, ray) in rays.iter().enumerate() {
+        let nothing = Hit {
+            distance: ray.farthest,
+            triangle: NO_TRIANGLE,
+            instance: NO_TRIANGLE,
+        };
+        ondine::lanes::Batch::set_lane(&mut hits[i / WIDTH], i % WIDTH, nothing);
+    }
+    bvh.closest(&queue(rays), &mut hits, &mut Stacks::default());
+    (0..rays.len())
+        .map(|i| ondine::lanes::Batch::lane(&hits[i / WIDTH], i % WIDTH))
+        .collect()
+}
+
+/// Whether each ray meets anything.
+pub fn occluded(bvh: &Bvh, rays: &[Ray]) -> Vec<bool> {
+    let mut bits = vec![0; rays.len().div_ceil(WIDTH)];
+    bvh.occluded(&queue(rays), &mut bits, &mut Stacks::default());
+    (0..rays.len())
+        .map(|i| bits[i / WIDTH] >> (i % WIDTH) & 1 == 1)
+        .collect()
+}
