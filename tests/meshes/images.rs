@@ -3,6 +3,7 @@
 use crate::render::*;
 use crate::{add, ball, empty, sheet};
 use glam::{Affine3A, Quat, Vec3};
+use ondine::film::Film;
 use ondine::lanes::Rgb;
 use ondine::material::Material;
 use ondine::scene::description::{
@@ -151,6 +152,12 @@ fn instances_are_their_flattened_copies() {
         let off = (a.0[c] - b.0[c]).abs();
         assert!(off < 2e-3 * a.0[c] && off < a.1[c], "{a:?} is not {b:?}");
     }
+    // The same hits: a sample in a hundred on a silhouette may fall beside it.
+    let depth = |film: &Film, i: u32| film.aov(i % 32, i / 32).depth;
+    let off =
+        |i: &u32| (depth(&instances, *i) - depth(&copies, *i)).abs() > 1e-5 * depth(&copies, *i);
+    let others = (0..32 * 32).filter(off).count();
+    assert!(others < 10, "{others} pixels have another depth");
     let (a, b) = (instances.means(), copies.means());
     let variances = instances.variances();
     for (i, (a, b)) in a.iter().zip(&b).enumerate() {
@@ -159,6 +166,53 @@ fn instances_are_their_flattened_copies() {
             f64::from(a[0] - b[0]).abs() <= 4.0 * error + 1e-4,
             "pixel {i}: {a:?} {b:?}"
         );
+    }
+}
+
+#[test]
+fn no_surface_shades_itself_near_or_far_large_or_small() {
+    for (scale, at) in [
+        (1.0, Vec3::ZERO),
+        (1e-3, Vec3::ZERO),
+        (1e5, Vec3::ZERO),
+        (1.0, Vec3::new(1e4, -3e3, 2e3)),
+        (1e-2, Vec3::new(-3.0, 40.0, 10.0)),
+    ] {
+        for instanced in [false, true] {
+            let mut description = empty(CAMERA);
+            let camera = &mut description.cameras[0].camera;
+            camera.look_at = at;
+            camera.position = at + Vec3::Z * (8.0 * scale);
+            camera.vertical_fov = 3.0;
+            description.punctual.push(Punctual::Distant {
+                direction: -Vec3::Z,
+                irradiance: Rgb::splat(3.0),
+            });
+            let place = |at| {
+                Affine3A::from_scale_rotation_translation(
+                    Vec3::splat(scale),
+                    Quat::from_rotation_x(0.4),
+                    at,
+                )
+            };
+            let mesh = ball(4, false);
+            add(&mut description, &mesh, place(at), 0);
+            if instanced {
+                add(
+                    &mut description,
+                    &mesh,
+                    place(at + Vec3::X * (9.0 * scale)),
+                    0,
+                );
+            }
+            let mut settings = settings(&description, (16, 16), 16);
+            settings.path_length = 2;
+            let film = film(&description, &settings);
+            // The middle of the ball faces the sun within 18°, and faces are off by some more.
+            let least = 0.9 * 0.5 * 3.0 / std::f32::consts::PI;
+            let lit = film.means().iter().all(|mean| mean[0] > least);
+            assert!(lit, "scale {scale}, at {at}, instanced {instanced}");
+        }
     }
 }
 
