@@ -7,9 +7,6 @@ use super::node::Bounds;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// A triangle is split where its box is so many times emptier than the mean; so pieces are at most 1 / EMPTIER as many as
-/// triangles.
-const EMPTIER: f64 = 4.0;
 /// The most pieces of a triangle.
 const PIECES: usize = 64;
 /// Triangles that a thread takes at a time.
@@ -36,18 +33,28 @@ pub(super) fn pieces(mesh: &Triangles) -> Vec<Item> {
                 .sum()
         })
         .collect();
-    let unit = EMPTIER * sums.iter().sum::<f64>() / count as f64;
+    // A box that a tree of so many triangles has room for, were they spread evenly; and at most twice as many items.
+    let all = mesh.corners.par_iter().flatten().map(|&corner| {
+        let point = mesh.positions[corner as usize];
+        Bounds {
+            low: point,
+            high: point,
+        }
+    });
+    let room =
+        half_surface(all.reduce(|| Bounds::EMPTY, Bounds::union)) / (count as f64).powf(2.0 / 3.0);
+    let unit = room.max(sums.iter().sum::<f64>() / count as f64);
     (0..count)
         .into_par_iter()
         .flat_map_iter(|triangle| {
             let corners = mesh.corners_of(triangle);
-            let wanted = (emptiness(&corners) / unit) as usize;
+            let wanted = 1 + (emptiness(&corners) / unit) as usize;
             let mut items = Vec::with_capacity(1);
             let polygon = corners.map(|corner| corner.as_dvec3());
             split(
                 &polygon,
                 around(&corners),
-                wanted.clamp(1, PIECES),
+                wanted.min(PIECES),
                 &mut |bounds| {
                     items.push(Item::new(bounds, triangle as u32));
                 },
@@ -67,12 +74,14 @@ fn around(corners: &[Vec3; 3]) -> Bounds {
 
 /// Half the surface of a triangle's box, less what the thinnest box around its pieces would have.
 fn emptiness(corners: &[Vec3; 3]) -> f64 {
-    let bounds = around(corners);
-    let size = (bounds.high - bounds.low).as_dvec3();
     let [a, b, c] = corners.map(|corner| corner.as_dvec3());
     let shadows = (b - a).cross(c - a).abs() / 2.0;
-    let half = size.x * size.y + size.y * size.z + size.z * size.x;
-    (half - shadows.element_sum()).max(0.0)
+    (half_surface(around(corners)) - shadows.element_sum()).max(0.0)
+}
+
+fn half_surface(bounds: Bounds) -> f64 {
+    let size = (bounds.high - bounds.low).as_dvec3();
+    size.x * size.y + size.y * size.z + size.z * size.x
 }
 
 /// Halves a convex polygon and its box, along the box's longest side, until there are so many pieces.
