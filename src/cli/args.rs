@@ -1,8 +1,8 @@
 //! Raw arguments: what can be typed. What it means together is for the commands to check.
 
+use crate::bvh::Quality;
 use crate::film::tonemap::Operator;
 use crate::film::{AovSet, Region};
-use crate::bvh::Quality;
 use crate::render::DEFAULT_WAVE;
 use crate::scene::description::{SamplerKind, Strategy, choices};
 use clap::builder::{PossibleValuesParser, TypedValueParser};

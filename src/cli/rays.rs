@@ -120,7 +120,9 @@ pub(super) fn run(args: &RaysArgs) -> Result<Outcome> {
         pool.broadcast(|_| {
             let mut stacks = Stacks::default();
             while let Some(chunk) = work.get(next.fetch_add(1, Ordering::Relaxed)) {
-                let mut chunk = chunk.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+                let mut chunk = chunk
+                    .lock()
+                    .unwrap_or_else(|poisoned| poisoned.into_inner());
                 chunk.trace(&bvh, args.kind, &mut stacks);
             }
         });
@@ -141,7 +143,10 @@ pub(super) fn run(args: &RaysArgs) -> Result<Outcome> {
         repeat: args.repeat,
         triangles: loaded.mesh.triangles.len(),
         rays,
-        hits: chunks.iter().map(|chunk| chunk.results(args.kind).filter(is_hit).count()).sum(),
+        hits: chunks
+            .iter()
+            .map(|chunk| chunk.results(args.kind).filter(is_hit).count())
+            .sum(),
         mrays_per_s: rate(times[times.len() / 2]),
         mrays_per_s_best: rate(times[0]),
         mrays_per_s_worst: rate(times[times.len() - 1]),
@@ -222,7 +227,10 @@ fn read(path: &Path) -> Result<Vec<Chunk>> {
     loop {
         bytes.clear();
         let limit = (CHUNK * RAY_BYTES) as u64;
-        (&mut file).take(limit).read_to_end(&mut bytes).map_err(cannot_read)?;
+        (&mut file)
+            .take(limit)
+            .read_to_end(&mut bytes)
+            .map_err(cannot_read)?;
         if bytes.is_empty() {
             break;
         }
@@ -271,7 +279,9 @@ fn ray_of(bytes: &[u8; RAY_BYTES]) -> std::result::Result<FileRay, String> {
         return Err("has an origin or a direction that is not finite".to_owned());
     }
     if !(1e-15..=1e15).contains(&length) {
-        return Err("has a direction whose greatest component is not within 1e-15 to 1e15".to_owned());
+        return Err(
+            "has a direction whose greatest component is not within 1e-15 to 1e15".to_owned(),
+        );
     }
     if !(ray.nearest >= 0.0 && ray.farthest >= ray.nearest) {
         return Err(format!(
