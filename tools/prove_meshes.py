@@ -78,15 +78,16 @@ class Stage:
         return check_references.render(self.options.program, scene, size, 4, strategy, spp, options, self.folder)[:2]
 
     def agree(self, name, scene, reference, strategy="mis"):
-        """Two scenes with independent samples are one image."""
+        """Whether two scenes are one image, by independent samples: block by block, and within three standard errors in all."""
         got = check_references.compare(*self.render(scene, 1, strategy), *self.render(reference, 2, strategy))
+        agrees = min(got.p) > check_references.LEAST_P and abs(got.difference) <= 3 * got.error
         p = " ".join(f"{p:.4f}" for p in got.p)
         print(
             f"{name:<28} p {p}, greatest |z| {got.worst:.2f}, mean differs by {100 * got.difference:+.4f} % "
-            f"+- {100 * got.error:.4f} %{'' if got.agrees else '  DIFFERS'}",
+            f"+- {100 * got.error:.4f} %{'' if agrees else '  DIFFERS'}",
             flush=True,
         )
-        return got.agrees
+        return agrees
 
 
 def squared_error(differences, mean):

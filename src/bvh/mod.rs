@@ -1,21 +1,27 @@
 //! Floor 2: the tree of triangles. Instances over meshes, eight children a node, eight triangles a leaf.
 
+mod bins;
 mod build;
+mod item;
 mod node;
 mod packet;
 mod prefetch;
+mod split;
 mod stream;
 mod triangle;
+mod validate;
 
 use crate::lanes::{Batch, Queue, Vec3x8, WIDTH, f32x8, u32x8};
 use crate::record;
-use build::{Item, Plan};
+use build::Plan;
 use glam::{Affine3A, Vec3};
+use item::Item;
 use node::{Block, Bounds, Link, Node};
 use packet::{Met, Packet};
 use rayon::prelude::*;
 use stream::RaysX8;
 pub use stream::Stacks;
+pub use validate::Census;
 
 /// The id of no triangle and of no instance.
 pub const NO_TRIANGLE: u32 = u32::MAX;
@@ -27,6 +33,14 @@ pub struct Triangles<'a> {
     pub positions: &'a [Vec3],
     /// Each corner below `positions.len()`.
     pub corners: &'a [[u32; 3]],
+}
+
+impl Triangles<'_> {
+    /// The corners of a triangle.
+    #[inline]
+    fn corners_of(&self, triangle: usize) -> [Vec3; 3] {
+        self.corners[triangle].map(|corner| self.positions[corner as usize])
+    }
 }
 
 /// A mesh at a place.
@@ -124,9 +138,12 @@ const LARGE: usize = 1 << 19;
 
 impl Bvh {
     /// Builds the tree on the threads of the current rayon pool.
-    pub fn build(meshes: &[Triangles], instances: &[Instance], _quality: Quality) -> Self {
+    pub fn build(meshes: &[Triangles], instances: &[Instance], quality: Quality) -> Self {
         let mut bvh = Self::default();
-        let roots: Vec<_> = meshes.iter().map(|mesh| bvh.add_mesh(mesh)).collect();
+        let roots: Vec<_> = meshes
+            .iter()
+            .map(|mesh| bvh.add_mesh(mesh, quality))
+            .collect();
         if let [Instance { mesh, to_world }] = instances
             && *to_world == Affine3A::IDENTITY
         {
@@ -179,21 +196,11 @@ impl Bvh {
     }
 
     /// Adds a mesh's tree; its box and root, where it has triangles.
-    fn add_mesh(&mut self, mesh: &Triangles) -> Option<(Bounds, Link)> {
-        let corners = |triangle: u32| {
-            mesh.corners[triangle as usize].map(|corner| mesh.positions[corner as usize])
+    fn add_mesh(&mut self, mesh: &Triangles, quality: Quality) -> Option<(Bounds, Link)> {
+        let mut items = match quality {
+            Quality::Fast => split::whole(mesh),
+            Quality::Best => split::pieces(mesh),
         };
-        let bounds = |triangle: u32| {
-            let [a, b, c] = corners(triangle);
-            Bounds {
-                low: a.min(b).min(c),
-                high: a.max(b).max(c),
-            }
-        };
-        let mut items: Vec<Item> = (0..mesh.corners.len() as u32)
-            .into_par_iter()
-            .map(|triangle| Item::new(bounds(triangle), triangle))
-            .collect();
         let tree = build::build(
             &mut items,
             Plan {
@@ -207,14 +214,14 @@ impl Bvh {
         self.blocks
             .par_extend(tree.leaves.par_iter().map(|&(first, count)| {
                 let (first, count) = (first as usize, count as usize);
-                let mut triangles = [NO_TRIANGLE; WIDTH];
-                for (triangle, item) in triangles.iter_mut().zip(&items[first..first + count]) {
-                    *triangle = item.number();
-                }
+                let pieces = &items[first..first + count];
+                let mut triangles: Vec<u32> = pieces.iter().map(Item::number).collect();
                 triangles.sort_unstable();
+                // Pieces of one triangle are met as one.
+                triangles.dedup();
                 let mut block = Block::empty();
-                for (lane, &triangle) in triangles[..count].iter().enumerate() {
-                    block.set(lane, corners(triangle), triangle);
+                for (lane, &triangle) in triangles.iter().enumerate() {
+                    block.set(lane, mesh.corners_of(triangle as usize), triangle);
                 }
                 block
             }));

@@ -23,6 +23,16 @@ impl Bounds {
         }
     }
 
+    /// Whether all of another is inside.
+    pub fn contains(&self, other: &Self) -> bool {
+        self.low.cmple(other.low).all() && self.high.cmpge(other.high).all()
+    }
+
+    /// Whether another has a point in common with it.
+    pub fn touches(&self, other: &Self) -> bool {
+        self.low.cmple(other.high).all() && self.high.cmpge(other.low).all()
+    }
+
     /// The box around this one, moved.
     pub fn placed(self, transform: &Affine3A) -> Self {
         (0..8).fold(Self::EMPTY, |all, corner| {

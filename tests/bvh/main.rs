@@ -1,5 +1,6 @@
 //! The tree against every triangle in turn: the nearest hit, any hit, ties, and inputs that are hard to build from.
 
+mod census;
 #[path = "../common/mod.rs"]
 mod common;
 mod hard;

@@ -58,6 +58,8 @@ impl ShadowRays for RayX8 {
     }
 }
 
+/// A tree that has been walked and found to be one.
+#[track_caller]
 pub fn tree(meshes: &[Mesh], instances: &[Instance], quality: Quality) -> Bvh {
     let meshes: Vec<Triangles> = meshes
         .iter()
@@ -66,7 +68,11 @@ pub fn tree(meshes: &[Mesh], instances: &[Instance], quality: Quality) -> Bvh {
             corners: &mesh.triangles,
         })
         .collect();
-    Bvh::build(&meshes, instances, quality)
+    let bvh = Bvh::build(&meshes, instances, quality);
+    if let Err(wrong) = bvh.validate(quality) {
+        panic!("{wrong}");
+    }
+    bvh
 }
 
 fn queue(rays: &[Ray]) -> Queue<RayX8> {

@@ -1,0 +1,161 @@
+//! Where to split a run of items: the surface area heuristic on binned centres (Wald 2007, "On fast Construction of
+//! SAH-based Bounding Volume Hierarchies", section 3).
+
+use super::item::{CHUNK, Extent, Hull, Item, PARALLEL};
+use rayon::prelude::*;
+use wide::f32x4;
+
+/// Bins along each axis, at most; where there are few items, half of them serve.
+const BINS: usize = 16;
+/// So few items.
+const SPARSE: usize = 96;
+/// Which bins a centre falls into.
+#[derive(Clone, Copy)]
+struct BinOf {
+    origin: f32x4,
+    scale: f32x4,
+    bins: usize,
+}
+
+impl BinOf {
+    fn new(centers: &Hull, items: usize) -> Self {
+        let size = centers.high - centers.low;
+        let bins = if items < SPARSE { BINS / 2 } else { BINS };
+        // A hair less than the number of bins, so that the last centre is in the last one; 0 where there is no extent.
+        let scale = f32x4::splat(bins as f32 * (1.0 - 1e-5)) / size;
+        let some = size.simd_gt(f32x4::splat(f32::MIN_POSITIVE)) & scale.is_finite();
+        Self {
+            origin: centers.low,
+            scale: scale & some,
+            bins,
+        }
+    }
+
+    /// Places among the bins, whole numbers from 0 on when cut off.
+    #[inline(always)]
+    fn places(&self, center: f32x4) -> f32x4 {
+        (center - self.origin) * self.scale
+    }
+}
+
+/// Boxes and numbers of items, by axis and bin.
+pub(super) struct Bins {
+    hulls: [[Hull; BINS]; 3],
+    counts: [[u32; BINS]; 3],
+    bin_of: BinOf,
+}
+
+/// Where to split: items whose bin on `axis` is below `bin` from the others.
+pub(super) struct Best {
+    pub axis: usize,
+    bin: i32,
+    /// Around the items of each part.
+    pub low: Hull,
+    pub high: Hull,
+    bin_of: BinOf,
+}
+
+impl Bins {
+    pub fn fill(items: &[Item], extent: &Extent) -> Self {
+        let bin_of = BinOf::new(&extent.centers, items.len());
+        let empty = || Self {
+            hulls: [[Hull::empty(); BINS]; 3],
+            counts: [[0; BINS]; 3],
+            bin_of,
+        };
+        let one = |items: &[Item]| {
+            let mut bins = empty();
+            for item in items {
+                let places = bin_of.places(item.center()).fast_trunc_int().to_array();
+                for axis in 0..3 {
+                    let bin = places[axis] as usize & (BINS - 1);
+                    bins.hulls[axis][bin].add(item.low, item.high);
+                    bins.counts[axis][bin] += 1;
+                }
+            }
+            bins
+        };
+        if items.len() < PARALLEL {
+            return one(items);
+        }
+        items.par_chunks(CHUNK).map(one).reduce(empty, Self::union)
+    }
+
+    fn union(mut self, other: Self) -> Self {
+        for axis in 0..3 {
+            for bin in 0..BINS {
+                self.hulls[axis][bin] = self.hulls[axis][bin].union(other.hulls[axis][bin]);
+                self.counts[axis][bin] += other.counts[axis][bin];
+            }
+        }
+        self
+    }
+
+    /// The cheapest split by the surface area heuristic, where any parts the items.
+    pub fn best(&self, leaf: usize) -> Option<Best> {
+        // A leaf is met as a whole: it costs the same however full it is.
+        let cost = |hull: &Hull, count: u32| hull.area() * count.div_ceil(leaf as u32) as f32;
+        let bins = self.bin_of.bins;
+        let mut cheapest = f32::INFINITY;
+        let mut best = None;
+        for axis in 0..3 {
+            let (hulls, counts) = (&self.hulls[axis], &self.counts[axis]);
+            let mut above = [(f32::INFINITY, Hull::empty()); BINS];
+            let (mut hull, mut count) = (Hull::empty(), 0);
+            for bin in (1..bins).rev() {
+                hull = hull.union(hulls[bin]);
+                count += counts[bin];
+                if count > 0 {
+                    above[bin] = (cost(&hull, count), hull);
+                }
+            }
+            let (mut hull, mut count) = (Hull::empty(), 0);
+            for bin in 1..bins {
+                hull = hull.union(hulls[bin - 1]);
+                count += counts[bin - 1];
+                let (above, high) = above[bin];
+                let sum = cost(&hull, count) + above;
+                if count > 0 && sum < cheapest {
+                    cheapest = sum;
+                    best = Some(Best {
+                        axis,
+                        bin: bin as i32,
+                        low: hull,
+                        high,
+                        bin_of: self.bin_of,
+                    });
+                }
+            }
+        }
+        best
+    }
+}
+
+/// Items that are `low` first; how many those are, and the boxes around both parts' centres.
+///
+/// Every item goes to both boxes' sums, masked, and is swapped whatever it is: which part it belongs to is anybody's guess,
+/// and a branch on it would cost more.
+pub(super) fn partition(items: &mut [Item], best: &Best) -> (usize, Hull, Hull) {
+    let (axis, bin) = (best.axis & 3, f32x4::splat(best.bin as f32));
+    let (mut left, mut right) = (Hull::empty(), Hull::empty());
+    let mut middle = 0;
+    for place in 0..items.len() {
+        let item = items[place];
+        let center = item.center();
+        let below = best.bin_of.places(center).simd_lt(bin).to_bitmask() >> axis & 1;
+        let mask = f32x4::splat(f32::from_bits(below.wrapping_neg()));
+        let none = Hull::empty();
+        left.add(
+            mask.select(center, none.low),
+            mask.select(center, none.high),
+        );
+        right.add(
+            mask.select(none.low, center),
+            mask.select(none.high, center),
+        );
+        items[place] = items[middle];
+        items[middle] = item;
+        middle += below as usize;
+    }
+    (middle, left, right)
+}
