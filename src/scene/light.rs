@@ -4,10 +4,11 @@ use super::NONE;
 use super::alias::{Alias, chances};
 use super::description::{self, Description, Shape};
 use super::environment::Sky;
+use super::luminaire::{LightX8, sphere_cone};
 use super::mesh_light::{MeshLight, MeshLights};
 use super::punctual::Punctuals;
-use crate::lanes::{FrameX8, Rgbx8, Table, Vec3x8, f32x8, safe_sqrt, square, u32x8};
-use crate::sampling::warp::{self, Pair};
+use crate::lanes::{Rgbx8, Table, Vec3x8, f32x8, square, u32x8};
+use crate::sampling::warp::Pair;
 use crate::shape::NO_PRIMITIVE;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
@@ -32,23 +33,6 @@ pub struct Lights {
     sky_chance: f32,
     meshes: MeshLights,
     punctual: Punctuals,
-}
-
-/// Eight light sources.
-#[derive(Clone, Copy, Debug)]
-struct LightX8 {
-    position: Vec3x8,
-    radius: f32x8,
-    area: f32x8,
-    chance: f32x8,
-    inverse_chance: f32x8,
-    primitive: u32x8,
-    two_sided: f32x8,
-    radiance: Rgbx8,
-    mesh: u32x8,
-    normal: Vec3x8,
-    u: Vec3x8,
-    v: Vec3x8,
 }
 
 /// A point on a light source, seen from a point of the scene.
@@ -248,14 +232,8 @@ impl Lights {
             let is_mesh = is_mesh & self.is_of_table(id);
             if is_mesh.any() {
                 let s = self.meshes.sample(is_mesh, light.mesh, triangle, point);
-                let way = s.point - from;
-                let squared = way.length_squared();
-                let distance = squared.sqrt();
-                let direction = way * (f32x8::ONE / distance);
-                let facing = -direction.dot(s.normal);
-                let lit =
-                    (facing.simd_gt(f32x8::ZERO) | light.two_sided) & squared.simd_gt(f32x8::ZERO);
-                let inverse_pdf = (facing.abs() * light.area / squared) & lit;
+                let (direction, distance, inverse_pdf) =
+                    light.point_of_mesh(from, s.point, s.normal);
                 sample.direction = Vec3x8::select(is_mesh, direction, sample.direction);
                 sample.distance = is_mesh.select(distance, sample.distance);
                 sample.radiance = Rgbx8::select(is_mesh, light.radiance * s.color, sample.radiance);
@@ -349,72 +327,6 @@ impl LightSampleX8 {
     pub fn pdf(&self) -> f32x8 {
         (f32x8::ONE / self.inverse_pdf) & self.inverse_pdf.simd_gt(f32x8::ZERO)
     }
-}
-
-impl LightX8 {
-    /// Direction, distance to the surface and 1 ÷ density (steradians; 0 where the light shows its dark side): uniform in
-    /// the cone that the sphere subtends (Shirley & Morley, Realistic Ray Tracing, 2nd ed., "Sampling a Spherical
-    /// Luminaire"); from inside, uniform over all directions.
-    #[inline]
-    fn point_of_sphere(&self, from: Vec3x8, point: Pair) -> (Vec3x8, f32x8, f32x8) {
-        let to_center = self.position - from;
-        let squared = to_center.length_squared();
-        // One division serves the direction, the distance and the cone.
-        let inverse_squared = f32x8::ONE / squared;
-        let inverse_distance = inverse_squared.sqrt();
-        let (spread, outside) = sphere_cone(square(self.radius) * inverse_squared);
-        let local = warp::cone(point, spread);
-        let direction = FrameX8::new(to_center * inverse_distance).to_world(local);
-        // sin²α from the local x and y: 1 − cos² would lose a small cone's bits.
-        let sin2 = local.x.mul_add(local.x, local.y * local.y);
-        let half = safe_sqrt(sin2.mul_neg_add(squared, square(self.radius)));
-        let half = outside.select(-half, half);
-        (
-            direction,
-            (squared * inverse_distance).mul_add(local.z, half),
-            (spread * TAU) & (outside | self.two_sided),
-        )
-    }
-
-    /// The same for a quad: uniform over its area.
-    #[inline]
-    fn point_of_quad(&self, from: Vec3x8, point: Pair) -> (Vec3x8, f32x8, f32x8) {
-        let on_light = self
-            .u
-            .mul_add(point.0, self.v.mul_add(point.1, self.position));
-        let way = on_light - from;
-        let squared = way.length_squared();
-        let inverse_squared = f32x8::ONE / squared;
-        let inverse_distance = inverse_squared.sqrt();
-        let direction = way * inverse_distance;
-        let facing = -direction.dot(self.normal);
-        let lit = facing.simd_gt(f32x8::ZERO) | self.two_sided;
-        (
-            direction,
-            squared * inverse_distance,
-            (facing.abs() * self.area * inverse_squared) & lit,
-        )
-    }
-}
-
-/// `1 − cos α_max` of the cone under which a sphere is seen, from sin²α_max, and whether the point is outside; inside, the
-/// "cone" is all directions.
-///
-/// `1 − sqrt(1 − s)` loses a small cone's bits, and its stable form `s / (1 + sqrt(1 − s))` waits for a quotient after a
-/// root. The first five terms of the series serve where s is small, within 4·10⁻⁹.
-#[inline]
-fn sphere_cone(sin2: f32x8) -> (f32x8, f32x8) {
-    let s = sin2;
-    let series = s
-        .mul_add(f32x8::splat(7.0 / 256.0), f32x8::splat(5.0 / 128.0))
-        .mul_add(s, f32x8::splat(1.0 / 16.0))
-        .mul_add(s, f32x8::splat(1.0 / 8.0))
-        .mul_add(s, f32x8::HALF)
-        * s;
-    let direct = f32x8::ONE - safe_sqrt(f32x8::ONE - s);
-    let outside = s.simd_lt(f32x8::ONE);
-    let spread = s.simd_lt(f32x8::splat(0.04)).select(series, direct);
-    (outside.select(spread, f32x8::splat(2.0)), outside)
 }
 
 /// Emitted power by luminance, W.

@@ -14,6 +14,7 @@ mod hull;
 pub mod image;
 pub mod light;
 mod lines;
+mod luminaire;
 pub mod maps;
 pub mod mesh;
 mod mesh_light;
