@@ -15,7 +15,7 @@ pub(super) const MAX_DEPTH: usize = 24;
 
 /// By how much boxes are wider than what is in them, relative to the tree's greatest coordinate: the rounding errors of
 /// the box test, which grow with the origin's distance, up to three times that coordinate (and so four from the plane).
-const MARGIN: f32 = 4.0 * f32::EPSILON;
+pub(super) const MARGIN: f32 = 4.0 * f32::EPSILON;
 
 /// A tree without its leaves' contents: runs of items, in the order of their links.
 #[derive(Debug, Default)]

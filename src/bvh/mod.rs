@@ -21,6 +21,7 @@ use packet::{Met, Packet};
 use rayon::prelude::*;
 use stream::RaysX8;
 pub use stream::Stacks;
+use triangle::ShearX8;
 pub use validate::Census;
 
 /// The id of no triangle and of no instance.
@@ -308,33 +309,33 @@ impl Bvh {
         } else {
             0
         };
-        while index + 1 < whole {
-            let pair = [rays(index), rays(index + 1)];
-            if let Some(packet) = Packet::new(&pair, root.reach, spread) {
-                let met =
-                    self.trace_packet::<ANY, 2>(&packet, &pair, root.link, &mut stacks.packet);
-                met.iter()
-                    .enumerate()
-                    .for_each(|(i, met)| packet_done(index + i, met));
-            } else {
-                for (i, batch) in pair.iter().enumerate() {
-                    let one = [*batch];
-                    if let Some(packet) = Packet::new(&one, root.reach, spread) {
-                        let [met] = self.trace_packet::<ANY, 1>(
-                            &packet,
-                            &one,
-                            root.link,
-                            &mut stacks.packet,
-                        );
-                        packet_done(index + i, &met);
-                    } else if few {
-                        packet_done(index + i, &self.trace_few::<ANY>(batch));
-                    } else {
-                        stacks.loose.push((index + i) as u32);
+        while index < whole {
+            // The first batch of two speaks for the second: where it does not keep together by itself, two do not.
+            let batch = rays(index);
+            let shear = ShearX8::new(&batch.origin, &batch.direction);
+            let alone = Packet::new(&[batch], &[shear], root.reach, spread);
+            let stack = &mut stacks.packet;
+            if let Some(packet) = alone {
+                if index + 1 < whole {
+                    let next = rays(index + 1);
+                    let shears = [shear, ShearX8::new(&next.origin, &next.direction)];
+                    let two = [batch, next];
+                    if let Some(packet) = Packet::new(&two, &shears, root.reach, spread) {
+                        let met = self.trace_packet::<ANY, 2>(&packet, &two, &shears, root, stack);
+                        packet_done(index, &met[0]);
+                        packet_done(index + 1, &met[1]);
+                        index += 2;
+                        continue;
                     }
                 }
+                let [met] = self.trace_packet::<ANY, 1>(&packet, &[batch], &[shear], root, stack);
+                packet_done(index, &met);
+            } else if few {
+                packet_done(index, &self.trace_few::<ANY>(&batch, &shear));
+            } else {
+                stacks.loose.push(index as u32);
             }
-            index += 2;
+            index += 1;
         }
         stacks
             .loose

@@ -184,6 +184,15 @@ impl Block {
         })
     }
 
+    /// The boxes of the triangles, as a [`Node`] has them, wider on all sides.
+    #[inline(always)]
+    pub fn planes(&self, wider: f32x8) -> [f32x8; 6] {
+        let [a, b, c] = &self.corners;
+        let low = |axis: usize| a[axis].fast_min(b[axis]).fast_min(c[axis]) - wider;
+        let high = |axis: usize| a[axis].fast_max(b[axis]).fast_max(c[axis]) + wider;
+        [low(0), low(1), low(2), high(0), high(1), high(2)]
+    }
+
     /// The lanes that hold triangles.
     #[inline(always)]
     pub fn live(&self) -> u32 {

@@ -4,10 +4,11 @@
 //! for Entire Ray Packets"), so that a node is met once for all eight. What it saves in the tree it loses to triangles that
 //! no ray meets, the more the wider the bundle is: rays that do not keep together are not taken.
 
-use super::Bvh;
+use super::build::MARGIN;
 use super::node::{Block, Link, compress, unpack};
 use super::stream::{FAR, RaysX8, WIDEN};
 use super::triangle::{AXES, ShearX8, meet_triangle, meet_triangle_mixed};
+use super::{Bvh, Root};
 use crate::lanes::{WIDTH, f32x8, u32x8};
 
 /// Entries of a bundle's stack.
@@ -39,28 +40,27 @@ struct Slab {
     /// Places of the near and the far plane in a node.
     near: usize,
     far: usize,
-    slopes: [f32x8; 2],
-    near_offsets: [f32x8; 2],
-    far_offsets: [f32x8; 2],
+    slopes: [f32; 2],
+    near_offsets: [f32; 2],
+    far_offsets: [f32; 2],
 }
 
 /// An axis along which some rays run one way, and some the other: where they are at most by a distance.
 #[derive(Clone, Copy, Default)]
 struct Fan {
     axis: usize,
-    low: f32x8,
-    low_speed: f32x8,
-    high: f32x8,
-    high_speed: f32x8,
+    low: f32,
+    low_speed: f32,
+    high: f32,
+    high_speed: f32,
 }
 
 /// `N` batches of rays that keep together.
-pub(super) struct Packet<const N: usize> {
+pub(super) struct Packet {
     slabs: [Slab; 3],
     slab_count: usize,
     fans: [Fan; 3],
     fan_count: usize,
-    shears: [ShearX8; N],
     axes: [usize; 3],
     octant: usize,
 }
@@ -93,13 +93,15 @@ fn reduce(v: f32x8, best: fn(f32x8, f32x8) -> f32x8) -> f32 {
     best(v, v.shuffle_wrapping(u32x8::new([1, 0, 3, 2, 5, 4, 7, 6]))).to_array()[0]
 }
 
-impl<const N: usize> Packet<N> {
+impl Packet {
     /// The rays as a bundle, if they keep together: their slopes are at most `spread` apart. `reach` is the tree's.
     #[inline(always)]
-    pub fn new(rays: &[RaysX8; N], reach: f32, spread: f32) -> Option<Self> {
-        let shears = rays
-            .each_ref()
-            .map(|rays| ShearX8::new(&rays.origin, &rays.direction));
+    pub fn new<const N: usize>(
+        rays: &[RaysX8; N],
+        shears: &[ShearX8; N],
+        reach: f32,
+        spread: f32,
+    ) -> Option<Self> {
         let axis = shears[0].common_axis()?;
         if shears[1..]
             .iter()
@@ -108,7 +110,7 @@ impl<const N: usize> Packet<N> {
             return None;
         }
         let (mut low, mut high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
-        for (rays, shear) in rays.iter().zip(&shears) {
+        for (rays, shear) in rays.iter().zip(shears) {
             let (o, d) = (&rays.origin, &rays.direction);
             let [across, along] = [shear.slopes[0], shear.slopes[1]];
             let (least, greatest) = extremes([o.x, o.y, o.z, d.x, d.y, d.z, across, along]);
@@ -123,13 +125,11 @@ impl<const N: usize> Packet<N> {
         if !(near(0) && near(1) && near(2) && close(6) && close(7)) {
             return None;
         }
-        let splat = f32x8::splat;
         let mut packet = Self {
             slabs: [Slab::default(); 3],
             slab_count: 0,
             fans: [Fan::default(); 3],
             fan_count: 0,
-            shears,
             axes: AXES[axis],
             octant: shears[0].octant.as_array()[0] as usize,
         };
@@ -149,18 +149,18 @@ impl<const N: usize> Packet<N> {
                 packet.slabs[packet.slab_count] = Slab {
                     near,
                     far,
-                    slopes: slopes.map(splat),
-                    near_offsets: slopes.map(|slope| splat(-(for_near * slope))),
-                    far_offsets: slopes.map(|slope| splat(-(for_far * slope))),
+                    slopes,
+                    near_offsets: slopes.map(|slope| -(for_near * slope)),
+                    far_offsets: slopes.map(|slope| -(for_far * slope)),
                 };
                 packet.slab_count += 1;
             } else {
                 packet.fans[packet.fan_count] = Fan {
                     axis,
-                    low: splat(low),
-                    low_speed: splat(speeds[0].min(0.0)),
-                    high: splat(high),
-                    high_speed: splat(speeds[1].max(0.0)),
+                    low,
+                    low_speed: speeds[0].min(0.0),
+                    high,
+                    high_speed: speeds[1].max(0.0),
                 };
                 packet.fan_count += 1;
             }
@@ -173,20 +173,22 @@ impl<const N: usize> Packet<N> {
     fn enter(&self, planes: &[f32x8; 6], nearest: f32x8, best: f32x8) -> (f32x8, f32x8) {
         let mut enter = nearest;
         let mut leave = best;
+        let splat = f32x8::splat;
         for slab in &self.slabs[..self.slab_count] {
             let (near, far) = (planes[slab.near], planes[slab.far]);
-            let a = near.mul_add(slab.slopes[0], slab.near_offsets[0]);
-            let b = near.mul_add(slab.slopes[1], slab.near_offsets[1]);
+            let [least, greatest] = slab.slopes.map(splat);
+            let a = near.mul_add(least, splat(slab.near_offsets[0]));
+            let b = near.mul_add(greatest, splat(slab.near_offsets[1]));
             enter = enter.fast_max(a.fast_min(b));
-            let a = far.mul_add(slab.slopes[0], slab.far_offsets[0]);
-            let b = far.mul_add(slab.slopes[1], slab.far_offsets[1]);
+            let a = far.mul_add(least, splat(slab.far_offsets[0]));
+            let b = far.mul_add(greatest, splat(slab.far_offsets[1]));
             leave = leave.fast_min(a.fast_max(b));
         }
-        let leave = leave * f32x8::splat(WIDEN);
+        let leave = leave * splat(WIDEN);
         let mut hit = enter.simd_le(leave);
         for fan in &self.fans[..self.fan_count] {
-            let low = fan.low_speed.mul_add(leave, fan.low);
-            let high = fan.high_speed.mul_add(leave, fan.high);
+            let low = splat(fan.low_speed).mul_add(leave, splat(fan.low));
+            let high = splat(fan.high_speed).mul_add(leave, splat(fan.high));
             hit &= low.simd_le(planes[fan.axis + 3]) & high.simd_ge(planes[fan.axis]);
         }
         (hit, enter)
@@ -224,9 +226,10 @@ impl Bvh {
     #[inline(always)]
     pub(super) fn trace_packet<const ANY: bool, const N: usize>(
         &self,
-        packet: &Packet<N>,
+        packet: &Packet,
         rays: &[RaysX8; N],
-        root: Link,
+        shears: &[ShearX8; N],
+        root: &Root,
         stack: &mut PacketStack,
     ) -> [Met; N] {
         let mut met = rays.each_ref().map(|rays| Met::nothing(rays.farthest));
@@ -235,7 +238,8 @@ impl Bvh {
         };
         let nearest = f32x8::splat(of(|rays| rays.nearest, f32x8::fast_min));
         let mut best = of(|rays| rays.farthest, f32x8::fast_max);
-        let mut link = root;
+        let wider = f32x8::splat(root.reach * MARGIN);
+        let mut link = root.link;
         let mut top = 0;
         loop {
             match link.kind() {
@@ -254,9 +258,14 @@ impl Bvh {
                 }
                 _ => {
                     let block = &self.blocks[link.index()];
-                    for lane in 0..block.len() {
+                    let (touched, _) =
+                        packet.enter(&block.planes(wider), nearest, f32x8::splat(best));
+                    let mut lanes = touched.to_bitmask() & block.live();
+                    while lanes != 0 {
+                        let lane = lanes.trailing_zeros() as usize & 7;
+                        lanes &= lanes - 1;
                         let triangle = u32x8::splat(block.triangles.as_array()[lane]);
-                        for ((shear, rays), met) in packet.shears.iter().zip(rays).zip(&mut met) {
+                        for ((shear, rays), met) in shears.iter().zip(rays).zip(&mut met) {
                             let (t, inside) = meet_triangle(block, lane, shear, packet.axes);
                             if inside.any() {
                                 met.add::<ANY>(triangle, t, inside, rays);
@@ -286,18 +295,17 @@ impl Bvh {
 
     /// Tests every triangle: where there are few, no tree is quicker.
     #[inline(always)]
-    pub(super) fn trace_few<const ANY: bool>(&self, rays: &RaysX8) -> Met {
-        let shear = ShearX8::new(&rays.origin, &rays.direction);
+    pub(super) fn trace_few<const ANY: bool>(&self, rays: &RaysX8, shear: &ShearX8) -> Met {
         let mut met = Met::nothing(rays.farthest);
         match shear.common_axis() {
             Some(axis) => {
                 let axes = AXES[axis];
                 self.each::<ANY>(rays, &mut met, |block, lane| {
-                    meet_triangle(block, lane, &shear, axes)
+                    meet_triangle(block, lane, shear, axes)
                 });
             }
             None => self.each::<ANY>(rays, &mut met, |block, lane| {
-                meet_triangle_mixed(block, lane, &shear)
+                meet_triangle_mixed(block, lane, shear)
             }),
         }
         met
