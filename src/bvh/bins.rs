@@ -14,20 +14,17 @@ const SPARSE: usize = 96;
 struct BinOf {
     origin: f32x4,
     scale: f32x4,
-    bins: usize,
 }
 
 impl BinOf {
-    fn new(centers: &Hull, items: usize) -> Self {
+    fn new(centers: &Hull, bins: usize) -> Self {
         let size = centers.high - centers.low;
-        let bins = if items < SPARSE { BINS / 2 } else { BINS };
         // A hair less than the number of bins, so that the last centre is in the last one; 0 where there is no extent.
         let scale = f32x4::splat(bins as f32 * (1.0 - 1e-5)) / size;
         let some = size.simd_gt(f32x4::splat(f32::MIN_POSITIVE)) & scale.is_finite();
         Self {
             origin: centers.low,
             scale: scale & some,
-            bins,
         }
     }
 
@@ -38,8 +35,17 @@ impl BinOf {
     }
 }
 
+/// The cheapest split of items, where any parts them; few items need few bins.
+pub(super) fn best_split(items: &[Item], extent: &Extent, leaf: usize) -> Option<Best> {
+    match items.len() {
+        ..=32 => Bins::<4>::fill(items, extent).best(leaf),
+        33..=128 => Bins::<8>::fill(items, extent).best(leaf),
+        _ => Bins::<16>::fill(items, extent).best(leaf),
+    }
+}
+
 /// Boxes and numbers of items, by axis and bin.
-pub(super) struct Bins {
+struct Bins<const BINS: usize> {
     hulls: [[Hull; BINS]; 3],
     counts: [[u32; BINS]; 3],
     bin_of: BinOf,
@@ -55,9 +61,9 @@ pub(super) struct Best {
     bin_of: BinOf,
 }
 
-impl Bins {
-    pub fn fill(items: &[Item], extent: &Extent) -> Self {
-        let bin_of = BinOf::new(&extent.centers, items.len());
+impl<const BINS: usize> Bins<BINS> {
+    fn fill(items: &[Item], extent: &Extent) -> Self {
+        let bin_of = BinOf::new(&extent.centers, BINS);
         let empty = || Self {
             hulls: [[Hull::empty(); BINS]; 3],
             counts: [[0; BINS]; 3],
@@ -92,17 +98,16 @@ impl Bins {
     }
 
     /// The cheapest split by the surface area heuristic, where any parts the items.
-    pub fn best(&self, leaf: usize) -> Option<Best> {
+    fn best(&self, leaf: usize) -> Option<Best> {
         // A leaf is met as a whole: it costs the same however full it is.
         let cost = |hull: &Hull, count: u32| hull.area() * count.div_ceil(leaf as u32) as f32;
-        let bins = self.bin_of.bins;
         let mut cheapest = f32::INFINITY;
         let mut best = None;
         for axis in 0..3 {
             let (hulls, counts) = (&self.hulls[axis], &self.counts[axis]);
             let mut above = [(f32::INFINITY, Hull::empty()); BINS];
             let (mut hull, mut count) = (Hull::empty(), 0);
-            for bin in (1..bins).rev() {
+            for bin in (1..BINS).rev() {
                 hull = hull.union(hulls[bin]);
                 count += counts[bin];
                 if count > 0 {
@@ -110,7 +115,7 @@ impl Bins {
                 }
             }
             let (mut hull, mut count) = (Hull::empty(), 0);
-            for bin in 1..bins {
+            for bin in 1..BINS {
                 hull = hull.union(hulls[bin - 1]);
                 count += counts[bin - 1];
                 let (above, high) = above[bin];

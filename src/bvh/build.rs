@@ -1,6 +1,6 @@
 //! Builds trees: top down, straight to eight children a node.
 
-use super::bins::{Bins, partition};
+use super::bins::{best_split, partition};
 use super::item::{Extent, Item};
 use super::node::{Bounds, Link, Node};
 use crate::lanes::WIDTH;
@@ -222,7 +222,7 @@ impl<'a> Run<'a> {
     fn split(self, by_halves: bool, leaf: usize) -> (usize, Run<'a>, Run<'a>) {
         let best = match by_halves {
             true => None,
-            false => Bins::fill(self.items, &self.extent).best(leaf),
+            false => best_split(self.items, &self.extent, leaf),
         };
         let Some(best) = best else {
             return self.halves();

@@ -132,7 +132,7 @@ struct Place {
 const FEW: usize = 8;
 
 /// How far apart the slopes of a packet's rays may be.
-const SPREAD: f32 = 0.25;
+const SPREAD: f32 = 0.125;
 
 /// A tree this large, in bytes, is not in a core's cache whenever it is needed.
 const LARGE: usize = 1 << 19;
