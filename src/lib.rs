@@ -57,6 +57,8 @@
 //!
 //! # Meshes
 //!
+//! [`bvh::Bvh`] is two trees in one: the upper one of instances, the lower ones of meshes; what occurs once lies in the world,
+//! and a scene of one mesh has no upper tree. The triangle test is watertight (Woop et al. 2013), the box test conservative.
 //! A ray asks the shapes first, then the tree of triangles with that distance as its limit, then a second tree of those that
 //! have holes: what most meshes are never pays for a cut-out. Hits on meshes have queues of their own, for they carry two
 //! normals and what textures say; a scene without meshes takes no step for them. The geometric normal decides which side a
@@ -91,6 +93,12 @@
 //! - Tables of up to 16 rows (materials, lights, surfaces) are kept by column, and read by shuffles: [`lanes::Table`].
 //! - Hits are compared as bit patterns: one unsigned minimum for three comparisons of floats ([`shape`]).
 //! - Numbers beyond [`sampling::LAST_SOBOL_BOUNCE`] are hashes: no stratum survives that many dimensions.
+//! - Triangles are met by a tree of eight children a node and eight triangles a leaf ([`bvh`]). Rays that go their own ways
+//!   go as a stream: 32 are under way, and each takes its step without a branch that could be mispredicted. Those that keep
+//!   together go as packets of 16: a bundle of intervals against eight boxes. Either way a triangle test is the same
+//!   operations, so which way a ray goes changes no bit. Up to 64 triangles, those who do not keep together try each.
+//! - The next place of a ray is asked for a whole round before it is read: 1.15 times faster on a million triangles in pixel
+//!   order, 1.35 times in random order.
 //! - Sobol's second dimension is Pascal's triangle modulo 2: four butterfly steps instead of a table.
 //!
 //! # Decided against
@@ -101,6 +109,11 @@
 //! - Another order of Sobol' indices: a random order of each block of 16 in place of Burley's hierarchical shuffle
 //!   decorrelates padded pairs (odd × odd interactions have 1.06 times the variance of independent numbers, not 1.6 times),
 //!   yet it won at most 1.5 % of relative error on the box and cost the equality with `sobol_burley`, lane by lane.
+//! - Packets of 32 rays: no faster than 16 on a million triangles, and slower in a box. Bundles whose slopes are more than
+//!   an eighth apart: shadow rays towards a wide lamp trace half as fast as in the stream.
+//! - Unchecked indexing in the tree, 16 or 64 rays under way in place of 32: no faster, or slower.
+//! - Lengths of a stream's lists in an array by kind: each step then waits for the one before; registers are 1.25 times
+//!   faster.
 //! - Masks kept as data, so that the compiler makes no masked stores: 10 % slower shading.
 //! - Rows and columns of camera rays by eight-lane division in place of a counter: no faster.
 //! - The inverse of a sphere's cone by the stable `s / (1 + sqrt(1 − s))`: a quotient that waits for a root. A short series

@@ -5,10 +5,6 @@ use super::item::{CHUNK, Extent, Hull, Item, PARALLEL};
 use rayon::prelude::*;
 use wide::f32x4;
 
-/// Bins along each axis, at most; where there are few items, half of them serve.
-const BINS: usize = 16;
-/// So few items.
-const SPARSE: usize = 96;
 /// Which bins a centre falls into.
 #[derive(Clone, Copy)]
 struct BinOf {
@@ -73,8 +69,8 @@ impl<const BINS: usize> Bins<BINS> {
             let mut bins = empty();
             for item in items {
                 let places = bin_of.places(item.center()).fast_trunc_int().to_array();
-                for axis in 0..3 {
-                    let bin = places[axis] as usize & (BINS - 1);
+                for (axis, &place) in places[..3].iter().enumerate() {
+                    let bin = place as usize & (BINS - 1);
                     bins.hulls[axis][bin].add(item.low, item.high);
                     bins.counts[axis][bin] += 1;
                 }

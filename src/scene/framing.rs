@@ -32,12 +32,12 @@ pub fn frame(low: Vec3, high: Vec3) -> Camera {
     }
 }
 
-/// A bright overcast sky over a darker ground.
+/// An overcast sky over a dark ground: what is white stands out against both.
 pub fn soft_sky() -> Environment {
     Environment::Gradient {
         zenith: Rgb::new(1.1, 1.15, 1.25),
-        horizon: Rgb::new(0.75, 0.75, 0.75),
-        ground: Rgb::new(0.2, 0.19, 0.18),
+        horizon: Rgb::new(0.3, 0.32, 0.35),
+        ground: Rgb::new(0.05, 0.048, 0.045),
     }
 }
 

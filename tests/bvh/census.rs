@@ -51,9 +51,7 @@ fn long_triangles_go_in_pieces_and_few_do() {
     let [fast, best] =
         QUALITIES.map(|quality| tree(&mesh, &[PLAIN], quality).validate(quality).unwrap());
     assert!(best.blocks > fast.blocks);
-    let [fast, best] = QUALITIES
-        .map(|quality| tree(&mesh, &[PLAIN], quality).bytes())
-        .into();
+    let [fast, best] = QUALITIES.map(|quality| tree(&mesh, &[PLAIN], quality).bytes());
     let sum = |(nodes, blocks): (usize, usize)| nodes + blocks;
     assert!(sum(best) < 2 * sum(fast), "{best:?} {fast:?}");
 }
