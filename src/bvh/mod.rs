@@ -106,6 +106,8 @@ pub struct Bvh {
     root: Option<Root>,
     /// Whether it does not fit into a core's cache.
     is_large: bool,
+    /// Whether a single mesh has so few triangles that no tree is needed.
+    is_few: bool,
 }
 
 /// Where all rays begin.
@@ -149,6 +151,7 @@ impl Bvh {
             && *to_world == Affine3A::IDENTITY
         {
             bvh.finish(roots[*mesh]);
+            bvh.is_few = meshes.len() == 1 && bvh.blocks.len() <= FEW;
             return bvh;
         }
         let mut items = Vec::with_capacity(instances.len());
@@ -300,7 +303,7 @@ impl Bvh {
     ) {
         let Some(root) = &self.root else { return };
         stacks.loose.clear();
-        let few = self.blocks.len() <= FEW;
+        let few = self.is_few;
         let spread = if few { f32::INFINITY } else { SPREAD };
         let mut index = 0;
         // An upper tree would need packets that turn to other spaces.

@@ -6,7 +6,7 @@
 
 use super::build::MARGIN;
 use super::node::{Block, Link, compress, unpack};
-use super::stream::{FAR, RaysX8, WIDEN};
+use super::stream::{FAR, FARTHEST, RaysX8, WIDEN};
 use super::triangle::{AXES, ShearX8, meet_triangle, meet_triangle_mixed};
 use super::{Bvh, Root};
 use crate::lanes::{WIDTH, f32x8, u32x8};
@@ -165,7 +165,8 @@ impl Packet {
                 packet.fan_count += 1;
             }
         }
-        Some(packet)
+        // A fan needs a slab to end at.
+        (packet.slab_count > 0).then_some(packet)
     }
 
     /// The boxes that any of the rays may meet, as a mask, and how far they are at least.
@@ -237,7 +238,7 @@ impl Bvh {
             reduce(rays[1..].iter().map(get).fold(get(&rays[0]), best), best)
         };
         let nearest = f32x8::splat(of(|rays| rays.nearest, f32x8::fast_min));
-        let mut best = of(|rays| rays.farthest, f32x8::fast_max);
+        let mut best = of(|rays| rays.farthest, f32x8::fast_max).min(FARTHEST);
         let wider = f32x8::splat(root.reach * MARGIN);
         let mut link = root.link;
         let mut top = 0;
@@ -274,7 +275,8 @@ impl Bvh {
                     }
                     if !ANY {
                         let all = met[1..].iter().map(|met| met.distance);
-                        best = reduce(all.fold(met[0].distance, f32x8::fast_max), f32x8::fast_max);
+                        best = reduce(all.fold(met[0].distance, f32x8::fast_max), f32x8::fast_max)
+                            .min(FARTHEST);
                     } else if met.iter().all(|met| met.found.all()) {
                         return met;
                     }

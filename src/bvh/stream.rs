@@ -110,7 +110,8 @@ impl RaysX8 {
         Self {
             origin: *rays.origin(),
             direction: *rays.direction(),
-            nearest: rays.nearest(),
+            // Not −0: its bits are below all others.
+            nearest: rays.nearest() + f32x8::ZERO,
             farthest,
             ignored: ignored.unwrap_or(u32x8::splat(NO_TRIANGLE)),
         }
@@ -192,7 +193,7 @@ impl Ready {
 }
 
 /// Origins farther than so many times the tree's reach are moved along their ray for the box test, or its rounding errors
-/// would be those of the origin: [`Node`]s are wide enough for the errors of nearer ones.
+/// would be those of the origin: of nearer ones the [`Node`]s' margin and [`WIDEN`] together cover the errors.
 pub(super) const FAR: f32 = 3.0;
 
 impl Slot {

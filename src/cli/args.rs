@@ -62,7 +62,7 @@ pub(super) enum Command {
 #[derive(Args, Debug)]
 #[command(after_help = RENDER_EXAMPLES)]
 pub(super) struct RenderArgs {
-    /// A scene file (.toml), or the name of a built-in scene (see `ondine scenes`)
+    /// A scene (.toml, .gltf, .glb, .pbrt), meshes (.obj, .ply), or the name of a built-in scene (see `ondine scenes`)
     pub scene: String,
 
     /// Samples per pixel [default: the scene's, or 64; as many as fit with --time]
@@ -148,7 +148,7 @@ pub(super) struct RenderArgs {
 /// Show what a scene or an OpenEXR image holds
 #[derive(Args, Debug)]
 pub(super) struct InfoArgs {
-    /// An OpenEXR image, a scene file (.toml), or the name of a built-in scene
+    /// An OpenEXR image, a scene or mesh file, or the name of a built-in scene
     pub file: String,
     /// Give the image hash of these pixels alone, as if only they had been rendered
     #[arg(long, value_name = "x0,y0,x1,y1", allow_hyphen_values = true)]

@@ -1,6 +1,6 @@
 //! The built-in scenes: those of `scenes/`, embedded, so that a first render needs no file.
 
-use super::description::Description;
+use super::description::{Description, MOST_OBJECTS};
 use super::toml::{self, names};
 use super::{framing, gltf, obj, pbrt, ply};
 use crate::error::{Error, Result};
@@ -69,6 +69,28 @@ pub fn find(name: &str) -> Option<&'static Builtin> {
 /// [`Error::Usage`] where there is no such scene, [`Error::Format`] for a kind of file that is not read, and those of the
 /// loaders.
 pub fn open(scene: &str) -> Result<Description> {
+    let description = read(scene)?;
+    let lights = description.lights.len() + description.punctual.len();
+    for (count, most, what) in [
+        (
+            description.objects.len() + lights,
+            MOST_OBJECTS,
+            "objects and lights",
+        ),
+        (lights, MOST_LIGHTS, "lights"),
+    ] {
+        if count > most {
+            let message = format!("has {count} {what}; at most {most} can be told apart");
+            return Err(Error::format(Path::new(scene), message));
+        }
+    }
+    Ok(description)
+}
+
+/// The most lights: the alias table they are chosen by has 22 bits for a column, and the sky may be one.
+const MOST_LIGHTS: usize = (1 << 22) - 2;
+
+fn read(scene: &str) -> Result<Description> {
     let path = Path::new(scene);
     if path.exists() {
         if let Some(mesh) = open_mesh(path) {

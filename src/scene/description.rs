@@ -94,6 +94,9 @@ pub enum Filter {
 /// The most pixels on a side of an image: coordinates have 16 bits.
 pub const MAX_SIDE: u32 = 65_535;
 
+/// The most objects and lights of a scene.
+pub const MOST_OBJECTS: usize = 1 << 24;
+
 /// The most edges of a path.
 pub const MAX_EDGES: u32 = 10_000;
 

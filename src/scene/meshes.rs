@@ -55,8 +55,8 @@ pub struct Meshes {
 pub struct Layer {
     /// The tree.
     pub tree: Bvh,
-    /// Its instance 0 is of triangles in the world; the first of those, counted through both layers.
-    world: Option<u32>,
+    /// Its instance 0 is of triangles in the world, be there any or none; the first of those, counted through both layers.
+    first: u32,
     /// The part of its first other instance.
     first_part: u32,
 }
@@ -120,7 +120,7 @@ impl Meshes {
         let mut layers = [(a, b), (c, d)].into_iter().map(|(world, placed)| {
             let layer = Layer {
                 tree: build(&sources, world, placed, quality, &mut corners),
-                world: (!world.is_empty()).then_some(first),
+                first,
                 first_part,
             };
             first += triangles(&sources, world);
@@ -196,14 +196,12 @@ impl Meshes {
         for lane in (0..WIDTH).filter(|lane| met >> lane & 1 == 1) {
             let instance = hit.instance.as_array()[lane];
             let triangle = hit.triangle.as_array()[lane];
-            let (part, triangle) = match layer.world {
-                Some(first) if instance == 0 => {
-                    let triangle = first + triangle;
-                    let part = self.firsts.partition_point(|&first| first <= triangle) - 1;
-                    (part as u32, triangle - self.firsts[part])
-                }
-                Some(_) => (layer.first_part + instance - 1, triangle),
-                None => (layer.first_part + instance, triangle),
+            let (part, triangle) = if instance == 0 {
+                let triangle = layer.first + triangle;
+                let part = self.firsts.partition_point(|&first| first <= triangle) - 1;
+                (part as u32, triangle - self.firsts[part])
+            } else {
+                (layer.first_part + instance - 1, triangle)
             };
             hit.instance.as_mut_array()[lane] = part;
             hit.triangle.as_mut_array()[lane] = triangle;
@@ -254,17 +252,15 @@ fn build(
     }
     positions.iter().for_each(|&p| widen(p));
 
-    let (mut meshes, mut instances) = (Vec::new(), Vec::new());
-    if !corners.is_empty() {
-        meshes.push(Triangles {
-            positions: &positions,
-            corners: &corners,
-        });
-        instances.push(Instance {
-            mesh: 0,
-            to_world: Affine3A::IDENTITY,
-        });
-    }
+    // The world is instance 0 even where it is empty: a light's triangles are known by their numbers in it.
+    let mut meshes = vec![Triangles {
+        positions: &positions,
+        corners: &corners,
+    }];
+    let mut instances = vec![Instance {
+        mesh: 0,
+        to_world: Affine3A::IDENTITY,
+    }];
     let mut known = HashMap::new();
     for part in placed {
         let &mut (mesh, bounds) = known.entry(part.mesh).or_insert_with(|| {

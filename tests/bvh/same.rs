@@ -184,3 +184,35 @@ fn a_hit_that_is_given_stays_unless_a_nearer_one_is_found() {
     }
     assert!(Bvh::default().is_empty());
 }
+
+#[test]
+fn short_rays_and_negative_zeros_meet_in_company_what_they_meet_alone() {
+    let mut random = Random::new(214);
+    // Enough triangles for a tree, around the origin of some rays.
+    let mesh = [mixed(&mut random, 900)];
+    let bvh = tree(&mesh, &[PLAIN], Quality::Fast);
+    let mut met = 0;
+    for length in [1.0, 1e-7, 1e-12] {
+        for nearest in [0.0, -0.0] {
+            let together: Vec<Ray> = (0..64)
+                .map(|i| Ray {
+                    nearest,
+                    farthest: f32::INFINITY,
+                    ..Ray::new(
+                        glam::Vec3::new(i as f32 * 1e-3 - 0.03, 0.01, 0.0),
+                        glam::Vec3::new(0.0, 0.0, -length),
+                    )
+                })
+                .collect();
+            let (hits, any) = (closest(&bvh, &together), occluded(&bvh, &together));
+            for ((ray, hit), any) in together.iter().zip(&hits).zip(any) {
+                let alone = closest(&bvh, &[*ray])[0];
+                assert_eq!(alone.triangle, hit.triangle, "{ray:?}");
+                assert_eq!(alone.distance.to_bits(), hit.distance.to_bits(), "{ray:?}");
+                assert_eq!(any, hit.triangle != NO_TRIANGLE, "{ray:?}");
+                met += u32::from(any);
+            }
+        }
+    }
+    assert!(met > 100, "{met} of 384 rays are no test");
+}

@@ -248,3 +248,12 @@ fn a_damaged_file_is_refused_or_read_and_never_a_panic() {
         "{read} read, {refused} refused"
     );
 }
+
+#[test]
+fn a_comment_that_ends_in_a_backslash_ends_there() {
+    let text = "# C:\\exports\\\nv 0 0 0\nv 1 0 0 # right \\\nv 0 1 0\nf 1 2 \\\n3 \\";
+    assert!(text.contains("exports\\\nv"));
+    let scene = parse(text.as_bytes()).unwrap();
+    assert_eq!(scene.meshes[0].positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    assert_eq!(scene.meshes[0].triangles.len(), 1);
+}

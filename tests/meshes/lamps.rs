@@ -1,12 +1,15 @@
 //! Light from triangles and from nowhere, on a plane: against quads and closed forms.
 
 use crate::common::assert_close;
+use crate::maps::plain;
 use crate::render::*;
-use crate::{add_light, empty, sheet};
+use crate::{add, add_light, empty, sheet};
 use glam::{Affine3A, Vec3};
 use ondine::film::Film;
 use ondine::lanes::Rgb;
-use ondine::scene::description::{Description, Light, Object, Punctual, Shape, Strategy};
+use ondine::scene::description::{
+    Alpha, Description, Light, Maps, NamedMaterial, Object, Punctual, Shape, Strategy,
+};
 use std::f64::consts::PI;
 
 /// Straight down on the floor's middle, within a millimetre.
@@ -146,6 +149,41 @@ fn what_stands_in_the_way_of_a_lamp_shades_it_even_the_only_light_there_is() {
         intensity: Rgb::splat(1.0),
     });
     assert_eq!(seen(&description, Strategy::Mis).0, 0.0);
+}
+
+#[test]
+fn a_lamp_with_holes_is_shaded_by_instances_whose_triangles_have_its_numbers() {
+    let lit = |blocked: bool| {
+        let mut description = floor();
+        let material = NamedMaterial {
+            name: "leaf".into(),
+            material: description.materials[0].material,
+            maps: Maps {
+                alpha: Some(Alpha {
+                    texture: Some(0),
+                    factor: 1.0,
+                    cutoff: 0.5,
+                }),
+                ..Maps::default()
+            },
+        };
+        description.materials.push(material);
+        description.textures.push(plain([1.0; 4]));
+        let [corner, u, v] = LAMP;
+        let lamp = sheet(corner, u, v, 1);
+        add_light(&mut description, &lamp, Affine3A::IDENTITY, Rgb::splat(3.0));
+        description.lights[0].material = Some(1);
+        // Twice, so that it is no part of the world: nothing else opaque is.
+        let roof = sheet(Vec3::new(-4.0, 1.1, -4.0), Vec3::X * 8.0, Vec3::Z * 8.0, 1);
+        let near = if blocked { 0.0 } else { 40.0 };
+        for x in [near, 80.0] {
+            let place = Affine3A::from_translation(Vec3::X * x);
+            add(&mut description, &roof, place, 0);
+        }
+        seen(&description, Strategy::Light).0
+    };
+    assert!(lit(false) > 0.01);
+    assert_eq!(lit(true), 0.0);
 }
 
 /// Facing down, above the floor.

@@ -19,7 +19,7 @@ const CAMERA: &str = "position = [0.0, 2.0, 0.0]\nlook_at = [0.0, 0.0, 0.0]\nup 
 const WHITE: Material = Material::Lambert { albedo: Rgb::WHITE };
 
 /// One texel.
-fn plain(texel: [f32; 4]) -> Texture {
+pub fn plain(texel: [f32; 4]) -> Texture {
     Texture {
         image: Arc::new(Image {
             file: "plain".into(),

@@ -5,7 +5,9 @@ use super::mesh::Part;
 use super::{LONGER_SIDE, Reader};
 use crate::error::Result;
 use crate::lanes::Rgb;
-use crate::scene::description::{Camera, Light, NamedCamera, Object, Punctual, Shape};
+use crate::scene::description::{
+    Camera, Light, MOST_OBJECTS, NamedCamera, Object, Punctual, Shape,
+};
 use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3, Vec3};
 use gltf::camera::Projection;
 use gltf::khr_lights_punctual::Kind;
@@ -198,6 +200,12 @@ impl<'a> Reader<'a> {
             transform,
         };
         let material = part.surface.material;
+        if self.description.objects.len() + self.description.lights.len() >= MOST_OBJECTS {
+            let message = format!(
+                "there are more than {MOST_OBJECTS} meshes to place; export fewer instances"
+            );
+            return Err(self.file.error(place, message));
+        }
         match part.surface.emission {
             None => self.description.objects.push(Object { shape, material }),
             Some(emission) => self.description.lights.push(Light {

@@ -93,10 +93,13 @@ impl Reader<'_> {
             let at = |number, message| Error::format(path, format!("line {number}: {message}"));
             let number = lines.number + 1;
             let Some(line) = lines.next().map_err(|message| at(number, message))? else {
-                return Ok(());
+                let read = self.line(&joined, lines.number, &mut corners);
+                return read.map_err(|message| at(lines.number, message));
             };
             self.hasher.update(line.as_bytes());
-            let text = line.trim_end();
+            // A comment goes no further than its line.
+            let text = line.split_once('#').map_or(&*line, |(before, _)| before);
+            let text = text.trim_end();
             if let Some(begin) = text.strip_suffix('\\') {
                 joined.push_str(begin);
                 joined.push(' ');
@@ -123,10 +126,7 @@ impl Reader<'_> {
         number: usize,
         corners: &mut Vec<[u32; 3]>,
     ) -> std::result::Result<(), String> {
-        let line = line
-            .split_once('#')
-            .map_or(line, |(before, _)| before)
-            .trim();
+        let line = line.trim();
         let (key, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         match key {
             "v" => self.positions.push(Vec3::from(floats(key, rest)?)),

@@ -21,7 +21,7 @@ pub(super) struct Library {
     pub materials: HashMap<String, Entry>,
     pub textures: Vec<Texture>,
     pub warnings: Vec<String>,
-    images: HashMap<(PathBuf, ColorSpace), Option<Arc<Image>>>,
+    images: HashMap<(PathBuf, Use), Option<Arc<Image>>>,
 }
 
 /// A material, and what it emits.
@@ -95,12 +95,9 @@ impl Library {
         let mut texture = |library: &mut Self, value: Option<&str>, space| {
             library.texture(Reference::of(value?, path), space, hasher)
         };
-        let color = texture(self, material.diffuse_texture.as_deref(), ColorSpace::Srgb);
-        let cutout = material.dissolve_texture.as_deref();
-        let cutout = texture(self, cutout, ColorSpace::Linear);
-        if let Some(cutout) = cutout.and_then(|index| self.textures.get_mut(index)) {
-            alpha_of_grey(Arc::make_mut(&mut cutout.image));
-        }
+        let color = material.diffuse_texture.as_deref();
+        let color = texture(self, color, Use::Color);
+        let cutout = texture(self, material.dissolve_texture.as_deref(), Use::Cutout);
         // `bump` maps are heights by the book, and normals in many files.
         let relief = material.normal_texture.as_deref();
         let relief = material
@@ -108,7 +105,7 @@ impl Library {
             .get("norm")
             .map(String::as_str)
             .or(relief);
-        let normal = texture(self, relief, ColorSpace::Linear).filter(|&index| {
+        let normal = texture(self, relief, Use::Normals).filter(|&index| {
             let is_normals = is_normal_map(&self.textures[index].image);
             if !is_normals {
                 self.warnings.push(format!(
@@ -133,23 +130,26 @@ impl Library {
     }
 
     /// The index of a texture; none, and a warning, where its image cannot be read.
-    fn texture(
-        &mut self,
-        reference: Reference,
-        space: ColorSpace,
-        hasher: &mut Sha256,
-    ) -> Option<usize> {
+    fn texture(&mut self, reference: Reference, used: Use, hasher: &mut Sha256) -> Option<usize> {
         let Reference {
             path,
             transform,
             clamp,
         } = reference;
         let warnings = &mut self.warnings;
-        let image = self.images.entry((path.clone(), space)).or_insert_with(|| {
+        let image = self.images.entry((path.clone(), used)).or_insert_with(|| {
             let mut read = || -> Result<Image> {
                 let bytes = image::bytes(&path)?;
                 hasher.update(&bytes);
-                image::decode(&bytes, &path.display().to_string(), space)
+                let space = match used {
+                    Use::Color => ColorSpace::Srgb,
+                    Use::Cutout | Use::Normals => ColorSpace::Linear,
+                };
+                let mut image = image::decode(&bytes, &path.display().to_string(), space)?;
+                if used == Use::Cutout {
+                    alpha_of_grey(&mut image);
+                }
+                Ok(image)
             };
             read()
                 .map_err(|error| warnings.push(format!("{error}; the texture is left out")))
@@ -329,6 +329,14 @@ fn is_normal_map(image: &Image) -> bool {
         }
     };
     10 * units > 9 * all
+}
+
+/// What an image is for.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Use {
+    Color,
+    Cutout,
+    Normals,
 }
 
 /// A cut-out is the alpha of its image, or where that is opaque, its grey.

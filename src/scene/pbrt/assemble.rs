@@ -14,7 +14,8 @@ use crate::error::{Error, Result};
 use crate::lanes::Rgb;
 use crate::material::Material;
 use crate::scene::description::{
-    Alpha, Description, FilmDescription, Light, Maps, NamedCamera, NamedMaterial, Object, Shape,
+    Alpha, Description, FilmDescription, Light, MOST_OBJECTS, Maps, NamedCamera, NamedMaterial,
+    Object, Shape,
 };
 use crate::scene::framing;
 use crate::scene::mesh::Mesh;
@@ -22,8 +23,6 @@ use glam::{DAffine3, DVec3, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Most shapes of a scene, instances counted one by one.
-pub(super) const MOST: usize = 1 << 24;
 /// Up to this many spheres and quads are what they are; more are meshes, which have a tree.
 const MOST_EXACT: usize = 64;
 /// Greatest coordinate of a point.
@@ -72,7 +71,7 @@ pub(super) struct World {
 
 pub(super) fn too_many(at: &At) -> Error {
     at.error(format!(
-        "the scene has more than {MOST} shapes; have fewer instances"
+        "the scene has more than {MOST_OBJECTS} shapes; have fewer instances"
     ))
 }
 
@@ -109,7 +108,7 @@ impl World {
                 return Err(at.error(undefined("object", name, known, "add ObjectBegin")));
             };
             count += object.len();
-            if count > MOST {
+            if count > MOST_OBJECTS {
                 return Err(too_many(at));
             }
             groups.push((object, *to_world));

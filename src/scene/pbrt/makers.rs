@@ -11,6 +11,7 @@ use super::reader::{NO_MEDIA, Reader};
 use super::spectra::Spectrum;
 use super::state::Block;
 use crate::error::Result;
+use crate::scene::description::MOST_OBJECTS;
 
 impl Reader {
     /// The directives of the form `Directive "kind" parameters`.
@@ -232,7 +233,7 @@ impl Reader {
             Some(object) => object.push(placed),
             None => self.placed.push(placed),
         }
-        if self.placed.len() > assemble::MOST {
+        if self.placed.len() > MOST_OBJECTS {
             return Err(assemble::too_many(&parameters.at));
         }
         Ok(())
