@@ -219,8 +219,10 @@ impl Placed {
         let out = if inside { 1.0 } else { -1.0 };
         let faces = |normal: &DVec3| normal.dot(d) * out > FACING * d.length();
         let around = |&vertex: &u32| self.normals[vertex as usize].iter().all(faces);
-        let is_met = off / FACING < 0.25 * self.height && edge.iter().all(around);
-        is_met.then(|| (distance + off / FACING) / d.length())
+        // Triangles of that size, and an origin that is surely before them.
+        let slack = off / FACING;
+        let is_met = slack < distance.min(0.25 * self.height) && edge.iter().all(around);
+        is_met.then(|| (distance + slack) / d.length())
     }
 
     /// Traces `count` rays and panics at the first that leaks; how many had to meet something, and how many had a limit.
