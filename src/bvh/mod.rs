@@ -130,6 +130,10 @@ struct Place {
     reach: f32,
 }
 
+/// The least edge of a triangle that is tested without a box around it, relative to the distance it is seen from: 64 rounding
+/// errors of a corner, twice.
+const LEAST_EDGE: f32 = 64.0 * f32::EPSILON;
+
 /// Up to so many blocks, each ray tests every triangle.
 const FEW: usize = 8;
 
@@ -151,7 +155,7 @@ impl Bvh {
             && *to_world == Affine3A::IDENTITY
         {
             bvh.finish(roots[*mesh]);
-            bvh.is_few = meshes.len() == 1 && bvh.blocks.len() <= FEW;
+            bvh.is_few = meshes.len() == 1 && bvh.blocks.len() <= FEW && bvh.has_large_triangles();
             return bvh;
         }
         let mut items = Vec::with_capacity(instances.len());
@@ -187,6 +191,21 @@ impl Bvh {
         bvh.nodes.extend(tree.nodes);
         bvh.finish(tree.root);
         bvh
+    }
+
+    /// Whether no triangle is so small, beside the whole, that its edges are lost in the rounding errors of corners seen from
+    /// afar: such a triangle may seem to be met by a ray that passes at a distance, and a tree's boxes keep it away.
+    fn has_large_triangles(&self) -> bool {
+        let Some(root) = &self.root else { return false };
+        let least = LEAST_EDGE * (1.0 + stream::FAR) * root.reach;
+        let edges = |corners: [Vec3; 3]| {
+            let [a, b, c] = corners;
+            [a.distance(b), b.distance(c), c.distance(a)]
+        };
+        self.blocks.iter().all(|block| {
+            let each = (0..block.len()).flat_map(|lane| edges(block.corners_of(lane)));
+            each.into_iter().all(|edge| edge > least)
+        })
     }
 
     fn finish(&mut self, root: Option<(Bounds, Link)>) {
@@ -333,7 +352,7 @@ impl Bvh {
                 }
                 let [met] = self.trace_packet::<ANY, 1>(&packet, &[batch], &[shear], root, stack);
                 packet_done(index, &met);
-            } else if few {
+            } else if few && batch.begins_near(root.reach) {
                 packet_done(index, &self.trace_few::<ANY>(&batch, &shear));
             } else {
                 stacks.loose.push(index as u32);

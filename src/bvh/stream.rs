@@ -116,6 +116,13 @@ impl RaysX8 {
             ignored: ignored.unwrap_or(u32x8::splat(NO_TRIANGLE)),
         }
     }
+
+    /// Whether no origin is far from a tree of this reach.
+    #[inline(always)]
+    pub fn begins_near(&self, reach: f32) -> bool {
+        let near = self.origin.max_abs().simd_le(f32x8::splat(FAR * reach));
+        near.all()
+    }
 }
 
 /// What distances of far planes are raised by: Ize 2013, "Robust BVH Ray Traversal", JCGT 2.2, section 3.
