@@ -79,6 +79,10 @@
 //!   the same on every machine *of one set of target features*: a build without FMA rounds twice where another rounds
 //!   once, and is promised nothing.
 //!
+//! Known to fall short: of a ray that runs in a triangle's own plane, to a ten-millionth of its length, the edge functions are
+//! rounding errors. Whether such a triangle is met may then hang on the boxes around it, and these on whether the ray went in
+//! a packet or alone, which waves of another size can change.
+//!
 //! [`film::Film::image_hash`] names the bits of an image. A change of them is always in `CHANGELOG.md`.
 //!
 //! # What makes it quick
