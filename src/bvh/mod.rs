@@ -114,8 +114,6 @@ pub struct Bvh {
 #[derive(Clone, Copy, Debug)]
 struct Root {
     link: Link,
-    /// The only instance, where there is no upper tree.
-    instance: u32,
     /// The greatest coordinate of what is below.
     reach: f32,
 }
@@ -211,7 +209,6 @@ impl Bvh {
     fn finish(&mut self, root: Option<(Bounds, Link)>) {
         self.root = root.map(|(bounds, link)| Root {
             link,
-            instance: 0,
             reach: bounds.reach(),
         });
         let (nodes, blocks) = self.bytes();

@@ -9,7 +9,7 @@ use super::node::{Block, Link, compress, unpack};
 use super::stream::{FAR, FARTHEST, RaysX8, WIDEN};
 use super::triangle::{AXES, ShearX8, meet_triangle, meet_triangle_mixed};
 use super::{Bvh, Root};
-use crate::lanes::{WIDTH, f32x8, u32x8};
+use crate::lanes::{WIDTH, f32x8, reduce, u32x8};
 
 /// Entries of a bundle's stack.
 const STACK: usize = 8 * super::build::MAX_DEPTH + 2 * WIDTH;
@@ -55,7 +55,7 @@ struct Fan {
     high_speed: f32,
 }
 
-/// `N` batches of rays that keep together.
+/// Rays that keep together, one batch or several, as a bundle.
 pub(super) struct Packet {
     slabs: [Slab; 3],
     slab_count: usize,
@@ -83,14 +83,6 @@ fn extremes(values: [f32x8; WIDTH]) -> ([f32; WIDTH], [f32; WIDTH]) {
         best(best(ab, cd), best(ef, gh)).to_array()
     };
     (of(f32x8::fast_min), of(f32x8::fast_max))
-}
-
-/// The least or the greatest, as `best` has it, of eight.
-#[inline(always)]
-fn reduce(v: f32x8, best: fn(f32x8, f32x8) -> f32x8) -> f32 {
-    let v = best(v, v.shuffle_wrapping(u32x8::new([4, 5, 6, 7, 0, 1, 2, 3])));
-    let v = best(v, v.shuffle_wrapping(u32x8::new([2, 3, 0, 1, 6, 7, 4, 5])));
-    best(v, v.shuffle_wrapping(u32x8::new([1, 0, 3, 2, 5, 4, 7, 6]))).to_array()[0]
 }
 
 impl Packet {
@@ -235,7 +227,7 @@ impl Bvh {
     ) -> [Met; N] {
         let mut met = rays.each_ref().map(|rays| Met::nothing(rays.farthest));
         let of = |get: fn(&RaysX8) -> f32x8, best: fn(f32x8, f32x8) -> f32x8| {
-            reduce(rays[1..].iter().map(get).fold(get(&rays[0]), best), best)
+            reduce(rays[1..].iter().map(get).fold(get(&rays[0]), best), best).to_array()[0]
         };
         let nearest = f32x8::splat(of(|rays| rays.nearest, f32x8::fast_min));
         let mut best = of(|rays| rays.farthest, f32x8::fast_max).min(FARTHEST);
@@ -275,8 +267,8 @@ impl Bvh {
                     }
                     if !ANY {
                         let all = met[1..].iter().map(|met| met.distance);
-                        best = reduce(all.fold(met[0].distance, f32x8::fast_max), f32x8::fast_max)
-                            .min(FARTHEST);
+                        let all = all.fold(met[0].distance, f32x8::fast_max);
+                        best = reduce(all, f32x8::fast_max).to_array()[0].min(FARTHEST);
                     } else if met.iter().all(|met| met.found.all()) {
                         return met;
                     }

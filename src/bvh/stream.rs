@@ -9,7 +9,7 @@ use super::node::{Block, Link, Node, compress, unpack};
 use super::packet::PacketStack;
 use super::triangle::{self, Shear, ShearX8};
 use super::{Bvh, Hit, NO_TRIANGLE, Place, Rays, Root, prefetch};
-use crate::lanes::{Vec3x8, WIDTH, f32x8, u32x8};
+use crate::lanes::{Vec3x8, WIDTH, f32x8, reduce, u32x8};
 use glam::Vec3;
 
 /// Rays under way; a power of two.
@@ -339,9 +339,7 @@ impl Slot {
         }
         met &= t.simd_le(best);
         let t = met.select(t, splat(f32::INFINITY));
-        let m = t.fast_min(t.shuffle_wrapping(u32x8::new([4, 5, 6, 7, 0, 1, 2, 3])));
-        let m = m.fast_min(m.shuffle_wrapping(u32x8::new([2, 3, 0, 1, 6, 7, 4, 5])));
-        let m = m.fast_min(m.shuffle_wrapping(u32x8::new([1, 0, 3, 2, 5, 4, 7, 6])));
+        let m = reduce(t, f32x8::fast_min);
         let nearest = m.to_array()[0];
         // Triangles of a block ascend: of several at one distance the first counts.
         let lane = t.simd_eq(m).to_bitmask().trailing_zeros() as usize & 7;
@@ -426,7 +424,7 @@ impl Bvh {
                 slot.shear = ready.shears[lane];
                 slot.own = ready.own[lane];
                 slot.key = 0;
-                slot.instance = root.instance;
+                slot.instance = 0;
                 slot.top = BOTTOM as u32;
                 slot.links[BOTTOM - 1] = Link::DONE.0;
                 slot.distances[BOTTOM - 1] = f32::NEG_INFINITY;

@@ -61,3 +61,11 @@ pub fn pow_one_minus(x: f32x8, y: f32x8) -> f32x8 {
     let zero = x.simd_ge(f32x8::ONE) & y.simd_gt(f32x8::ZERO);
     zero.select(f32x8::ZERO, power)
 }
+
+/// The least or the greatest of the eight lanes, as `best` has it of two, in each lane.
+#[inline(always)]
+pub fn reduce(v: f32x8, best: fn(f32x8, f32x8) -> f32x8) -> f32x8 {
+    let v = best(v, v.shuffle_wrapping(u32x8::new([4, 5, 6, 7, 0, 1, 2, 3])));
+    let v = best(v, v.shuffle_wrapping(u32x8::new([2, 3, 0, 1, 6, 7, 4, 5])));
+    best(v, v.shuffle_wrapping(u32x8::new([1, 0, 3, 2, 5, 4, 7, 6])))
+}
