@@ -5,39 +5,11 @@
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{Affine3A, Vec3};
-use ondine::bvh::{
-    Bvh, HitX8, Instance, NO_TRIANGLE, Quality, Rays, ShadowRays, Stacks, Triangles,
-};
-use ondine::lanes::{Queue, Vec3x8, WIDTH, f32x8, u32x8};
-use ondine::record;
+use ondine::bvh::{Bvh, HitX8, Instance, NO_TRIANGLE, Quality, Ray, RayX8, Stacks, Triangles};
+use ondine::lanes::{Queue, WIDTH, f32x8, u32x8};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use std::time::Duration;
-
-record! {
-    /// A ray.
-    pub struct Ray, RayX8 {
-        /// World space.
-        origin: Vec3,
-        /// Unit.
-        direction: Vec3,
-    }
-}
-
-impl Rays for RayX8 {
-    fn origin(&self) -> &Vec3x8 {
-        &self.origin
-    }
-    fn direction(&self) -> &Vec3x8 {
-        &self.direction
-    }
-}
-
-impl ShadowRays for RayX8 {
-    fn farthest(&self) -> f32x8 {
-        f32x8::splat(f32::INFINITY)
-    }
-}
 
 /// Vertices on a side.
 const SIDE: u32 = 512;
@@ -82,7 +54,7 @@ fn camera_rays() -> Queue<RayX8> {
         let x = (tile % (IMAGE / 8) * 8 + pixel % 8) as f32 / IMAGE as f32 - 0.5;
         let y = (tile / (IMAGE / 8) * 8 + pixel / 8) as f32 / IMAGE as f32 - 0.5;
         let direction = Vec3::new(x, -0.55 - 0.6 * y, 1.0).normalize();
-        Ray { origin, direction }
+        Ray::new(origin, direction)
     }))
 }
 
@@ -96,10 +68,8 @@ fn bounced(bvh: &Bvh, camera_rays: &Queue<RayX8>) -> Queue<RayX8> {
         let distance = hits[i / WIDTH].distance.to_array()[lane];
         let met = hits[i / WIDTH].triangle.to_array()[lane] != NO_TRIANGLE;
         let direction = Vec3::new(unit(), unit().abs() + 0.05, unit()).normalize();
-        met.then_some(Ray {
-            origin: ray.origin + ray.direction * distance + Vec3::Y * 1e-4,
-            direction,
-        })
+        let origin = ray.origin + ray.direction * distance + Vec3::Y * 1e-4;
+        met.then_some(Ray::new(origin, direction))
     }))
 }
 

@@ -155,17 +155,8 @@ pub fn render(
     settings.check()?;
     let begin = Instant::now();
     let camera = find_camera(description, settings)?;
-    let threads = settings
-        .threads
-        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get));
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|error| {
-            Error::Usage(format!(
-                "cannot start {threads} threads: {error}; ask for fewer with --threads"
-            ))
-        })?;
+    let threads = settings.threads.unwrap_or_else(all_processors);
+    let pool = workers(threads)?;
     let scene = pool.install(|| Scene::compile_with(description, settings.bvh));
     let sampler = match settings.sampler {
         SamplerKind::Pcg => Sampler::pcg(settings.seed, settings.path_length),
@@ -233,6 +224,26 @@ pub fn render(
         film,
         interrupted: !complete && control.stop.load(Ordering::Relaxed),
     })
+}
+
+/// A thread for each processor.
+pub fn all_processors() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// Starts worker threads.
+///
+/// # Errors
+/// [`Error::Usage`] where the system does not let so many be started.
+pub fn workers(threads: usize) -> Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| {
+            Error::Usage(format!(
+                "cannot start {threads} threads: {error}; ask for fewer with --threads"
+            ))
+        })
 }
 
 fn find_camera(description: &Description, settings: &Settings) -> Result<Camera> {

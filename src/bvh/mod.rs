@@ -6,18 +6,20 @@ mod item;
 mod node;
 mod packet;
 mod prefetch;
+mod ray;
 mod split;
 mod stream;
 mod triangle;
 mod validate;
 
-use crate::lanes::{Batch, Queue, Vec3x8, WIDTH, f32x8, u32x8};
+use crate::lanes::{Batch, Queue, WIDTH, u32x8};
 use crate::record;
 use build::Plan;
 use glam::{Affine3A, Vec3};
 use item::Item;
 use node::{Block, Bounds, Link, Node};
 use packet::{Met, Packet};
+pub use ray::{Ray, RayX8, Rays, ShadowRays};
 use rayon::prelude::*;
 use stream::RaysX8;
 pub use stream::Stacks;
@@ -72,28 +74,6 @@ record! {
         triangle: u32,
         /// Index of the instance, or as given.
         instance: u32,
-    }
-}
-
-/// What can be traced: a batch with eight rays in it.
-pub trait Rays: Batch {
-    /// World space.
-    fn origin(&self) -> &Vec3x8;
-    /// World space; need not be unit.
-    fn direction(&self) -> &Vec3x8;
-    /// Nothing at this distance or nearer is met.
-    fn nearest(&self) -> f32x8 {
-        f32x8::ZERO
-    }
-}
-
-/// A ray that only asks whether anything is between.
-pub trait ShadowRays: Rays {
-    /// Nothing at this distance or farther is met.
-    fn farthest(&self) -> f32x8;
-    /// Triangle (of instance 0) that casts no shadow, or [`NO_TRIANGLE`].
-    fn ignored(&self) -> u32x8 {
-        u32x8::splat(NO_TRIANGLE)
     }
 }
 

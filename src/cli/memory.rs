@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::film::BLOCK;
-use crate::render::Settings;
+use crate::render::{Settings, all_processors};
 
 /// Bytes of a pixel: six exact sums and a count in the film; its mean, twice, and three bytes while files are written.
 const PIXEL: u64 = 6 * 16 + 4 + 2 * 12 + 3;
@@ -49,9 +49,7 @@ fn film(settings: &Settings) -> u64 {
 }
 
 fn queues(settings: &Settings) -> u64 {
-    let threads = settings
-        .threads
-        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get));
+    let threads = settings.threads.unwrap_or_else(all_processors);
     let samples = u64::from(settings.spp.min(BLOCK));
     let paths = u64::from(settings.wave).min(settings.region.pixels() as u64 * samples);
     threads as u64 * paths * PATH

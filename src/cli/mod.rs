@@ -107,18 +107,6 @@ fn say(message: impl std::fmt::Display) {
     let _ = writeln!(io::stderr(), "{message}");
 }
 
-/// Worker threads of a command's own.
-fn workers(threads: usize) -> Result<rayon::ThreadPool> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|error| {
-            crate::error::Error::Usage(format!(
-                "cannot start {threads} threads: {error}; ask for fewer with --threads"
-            ))
-        })
-}
-
 /// Text on stdout. A reader that has gone away (`| head`) has had enough: no error.
 ///
 /// # Errors

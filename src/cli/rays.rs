@@ -3,11 +3,11 @@
 use super::Outcome;
 use super::args::{RayKind, RaysArgs};
 use super::progress::metric;
-use crate::bvh::{Bvh, HitX8, Instance, NO_TRIANGLE, Rays, ShadowRays, Stacks, Triangles};
+use crate::bvh::{Bvh, HitX8, Instance, NO_TRIANGLE, Ray, RayX8, Stacks, Triangles};
 use crate::error::{Error, Result};
 use crate::film::write_whole;
-use crate::lanes::{Batch, Queue, Vec3x8, WIDTH, f32x8, u32x8};
-use crate::record;
+use crate::lanes::{Batch, Queue, WIDTH, u32x8};
+use crate::render::{all_processors, workers};
 use crate::scene::ply;
 use glam::{Affine3A, Vec3};
 use serde::Serialize;
@@ -17,38 +17,6 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-record! {
-    /// A ray of a file.
-    pub struct FileRay, FileRayX8 {
-        /// Scene units.
-        origin: Vec3,
-        /// Need not be unit.
-        direction: Vec3,
-        /// Nothing nearer counts.
-        nearest: f32,
-        /// Nothing farther counts.
-        farthest: f32,
-    }
-}
-
-impl Rays for FileRayX8 {
-    fn origin(&self) -> &Vec3x8 {
-        &self.origin
-    }
-    fn direction(&self) -> &Vec3x8 {
-        &self.direction
-    }
-    fn nearest(&self) -> f32x8 {
-        self.nearest
-    }
-}
-
-impl ShadowRays for FileRayX8 {
-    fn farthest(&self) -> f32x8 {
-        self.farthest
-    }
-}
-
 /// Rays that a worker takes at a time: as many as a wave has, and more.
 const CHUNK: usize = 4096;
 /// Bytes of a ray in its file: eight 32-bit floats.
@@ -56,7 +24,7 @@ const RAY_BYTES: usize = 32;
 
 /// A queue, and room for what its rays meet.
 struct Chunk {
-    rays: Queue<FileRayX8>,
+    rays: Queue<RayX8>,
     hits: Vec<HitX8>,
     occluded: Vec<u8>,
 }
@@ -94,10 +62,8 @@ pub(super) fn run(args: &RaysArgs) -> Result<Outcome> {
     let mut chunks = read(&args.rays)?;
     let load = begin.elapsed();
 
-    let threads = args
-        .threads
-        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get));
-    let pool = super::workers(threads)?;
+    let threads = args.threads.unwrap_or_else(all_processors);
+    let pool = workers(threads)?;
     let begin = Instant::now();
     let bvh = pool.install(|| {
         let mesh = Triangles {
@@ -265,14 +231,16 @@ fn read(path: &Path) -> Result<Vec<Chunk>> {
 }
 
 /// A ray by its bytes, or what is wrong with it.
-fn ray_of(bytes: &[u8; RAY_BYTES]) -> std::result::Result<FileRay, String> {
+fn ray_of(bytes: &[u8; RAY_BYTES]) -> std::result::Result<Ray, String> {
     let (words, _) = bytes.as_chunks::<4>();
     let word = |index: usize| f32::from_le_bytes(words[index]);
-    let ray = FileRay {
-        origin: Vec3::new(word(0), word(1), word(2)),
-        direction: Vec3::new(word(4), word(5), word(6)),
+    let ray = Ray {
         nearest: word(3),
         farthest: word(7),
+        ..Ray::new(
+            Vec3::new(word(0), word(1), word(2)),
+            Vec3::new(word(4), word(5), word(6)),
+        )
     };
     let length = ray.direction.abs().max_element();
     if !ray.origin.is_finite() || !ray.direction.is_finite() {

@@ -8,7 +8,7 @@ use super::{Outcome, interrupt, memory};
 use crate::error::Result;
 use crate::film::tonemap::Tonemap;
 use crate::film::{MAX_SAMPLES, exr, png};
-use crate::render::{Control, Settings, render};
+use crate::render::{Control, Settings, render, workers};
 use crate::scene::builtin;
 use crate::scene::description::Description;
 use std::time::Instant;
@@ -107,7 +107,7 @@ fn write(
     args: &RenderArgs,
 ) -> Result<()> {
     let metadata = report.metadata();
-    let workers = super::workers(report.threads)?;
+    let workers = workers(report.threads)?;
     workers.install(|| exr::write(&outputs.exr, film, &metadata))?;
     if let Some(path) = &outputs.png {
         let tonemap = Tonemap {

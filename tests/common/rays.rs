@@ -1,62 +1,10 @@
 //! Rays of which everything can be said, and a tree asked about a list of them.
 #![allow(dead_code, reason = "each test file uses a part")]
 
-use glam::Vec3;
-use ondine::bvh::{
-    Bvh, Hit, HitX8, Instance, NO_TRIANGLE, Quality, Rays, ShadowRays, Stacks, Triangles,
-};
-use ondine::lanes::{Queue, Vec3x8, WIDTH, f32x8, u32x8};
-use ondine::record;
+pub use ondine::bvh::Ray;
+use ondine::bvh::{Bvh, Hit, HitX8, Instance, NO_TRIANGLE, Quality, RayX8, Stacks, Triangles};
+use ondine::lanes::{Queue, WIDTH};
 use ondine::scene::mesh::Mesh;
-
-record! {
-    /// A ray, for either kind of question.
-    pub struct Ray, RayX8 {
-        /// World space.
-        origin: Vec3,
-        /// World space.
-        direction: Vec3,
-        /// What is met is farther.
-        nearest: f32,
-        /// What is met is nearer.
-        farthest: f32,
-        /// Triangle that shadow rays pass through.
-        ignored: u32,
-    }
-}
-
-impl Ray {
-    pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        Self {
-            origin,
-            direction,
-            nearest: 0.0,
-            farthest: f32::INFINITY,
-            ignored: NO_TRIANGLE,
-        }
-    }
-}
-
-impl Rays for RayX8 {
-    fn origin(&self) -> &Vec3x8 {
-        &self.origin
-    }
-    fn direction(&self) -> &Vec3x8 {
-        &self.direction
-    }
-    fn nearest(&self) -> f32x8 {
-        self.nearest
-    }
-}
-
-impl ShadowRays for RayX8 {
-    fn farthest(&self) -> f32x8 {
-        self.farthest
-    }
-    fn ignored(&self) -> u32x8 {
-        self.ignored
-    }
-}
 
 /// A tree that has been walked and found to be one.
 #[track_caller]
