@@ -7,6 +7,7 @@ mod node;
 mod packet;
 mod prefetch;
 mod ray;
+mod slot;
 mod split;
 mod stream;
 mod triangle;
@@ -19,9 +20,9 @@ use glam::{Affine3A, Vec3};
 use item::Item;
 use node::{Block, Bounds, Link, Node};
 use packet::{Met, Packet};
+use ray::RaysX8;
 pub use ray::{Ray, RayX8, Rays, ShadowRays};
 use rayon::prelude::*;
-use stream::RaysX8;
 pub use stream::Stacks;
 use triangle::ShearX8;
 pub use validate::Census;
@@ -175,7 +176,7 @@ impl Bvh {
     /// afar: such a triangle may seem to be met by a ray that passes at a distance, and a tree's boxes keep it away.
     fn has_large_triangles(&self) -> bool {
         let Some(root) = &self.root else { return false };
-        let least = LEAST_EDGE * (1.0 + stream::FAR) * root.reach;
+        let least = LEAST_EDGE * (1.0 + slot::FAR) * root.reach;
         let edges = |corners: [Vec3; 3]| {
             let [a, b, c] = corners;
             [a.distance(b), b.distance(c), c.distance(a)]

@@ -6,7 +6,8 @@
 
 use super::build::MARGIN;
 use super::node::{Block, Link, compress, unpack};
-use super::stream::{FAR, FARTHEST, RaysX8, WIDEN};
+use super::ray::RaysX8;
+use super::slot::{FAR, FARTHEST, WIDEN};
 use super::triangle::{AXES, ShearX8, meet_triangle, meet_triangle_mixed};
 use super::{Bvh, Root};
 use crate::lanes::{WIDTH, f32x8, reduce, u32x8};
