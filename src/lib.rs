@@ -132,6 +132,7 @@ pub mod material;
 pub mod render;
 pub mod sampling;
 pub mod scene;
+pub mod sh;
 pub mod shape;
 pub mod stats;
 pub mod texture;

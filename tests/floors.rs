@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 /// Rooms and their floors. `record!` is exported at the root, from the lanes.
-const FLOORS: [(&str, u32); 16] = [
+const FLOORS: [(&str, u32); 17] = [
     ("lanes", 0),
     ("record", 0),
     ("error", 0),
     ("sampling", 1),
+    ("sh", 1),
     ("texture", 1),
     ("shape", 2),
     ("bvh", 2),
