@@ -264,6 +264,10 @@ fn environment(environment: &Environment) -> Value {
             "image": image.file, "width": image.width, "height": image.height,
             "rotate_degrees": rotate_degrees,
         }),
+        Environment::Harmonics(sh) => json!({
+            "sh": sh.source, "l_max": sh.degree, "coefficients": sh.coefficients.len(),
+            "rotate_degrees": sh.rotate_degrees, "clamp": sh.clamp,
+        }),
     }
 }
 
@@ -275,6 +279,16 @@ fn spoken(environment: &Value) -> String {
             environment["width"], environment["height"], environment["rotate_degrees"]
         ),
         None if environment.get("gradient").is_some() => "gradient".to_owned(),
+        None if environment.get("sh").is_some() => format!(
+            "spherical harmonics {} to l = {}, turned by {}°{}",
+            environment["sh"].as_str().unwrap_or_default(),
+            environment["l_max"],
+            environment["rotate_degrees"],
+            match environment["clamp"].as_bool() {
+                Some(true) => ", cut off at 0",
+                _ => "",
+            }
+        ),
         None => format!("constant {}", environment["constant"]),
     }
 }

@@ -104,6 +104,13 @@ impl Rgbx8 {
         self.r.fast_max(self.g).fast_max(self.b)
     }
 
+    /// The greatest channel of each lane without its sign: above 0 where there is any light, for a band-limited sky may be
+    /// negative.
+    #[inline]
+    pub fn max_magnitude(self) -> f32x8 {
+        Self::new(self.r.abs(), self.g.abs(), self.b.abs()).max_channel()
+    }
+
     /// Rec. 709 luminance.
     #[inline]
     pub fn luminance(self) -> f32x8 {

@@ -306,6 +306,23 @@ pub enum Environment {
         /// Turn around +y, degrees, counter-clockwise seen from above.
         rotate_degrees: f32,
     },
+    /// Spherical harmonics.
+    Harmonics(Harmonics),
+}
+
+/// Radiance by its spherical harmonics, in the axes of the world.
+#[derive(Clone, Debug)]
+pub struct Harmonics {
+    /// Where they came from: a file, or the name of a light that is part of the program.
+    pub source: String,
+    /// The greatest degree, at most [`MAX_DEGREE`](crate::sh::MAX_DEGREE).
+    pub degree: usize,
+    /// Of radiance, RGB, in the order of [`index`](crate::sh::index); finite.
+    pub coefficients: Vec<[f64; 3]>,
+    /// Turn around +y, degrees, counter-clockwise seen from above.
+    pub rotate_degrees: f32,
+    /// Whether radiance below 0 is cut off; what is band-limited rings below 0 around what is bright.
+    pub clamp: bool,
 }
 
 /// A lat-long image of radiance: row 0 is at +y; each pixel is constant over its solid angle.

@@ -1,14 +1,13 @@
 //! What surrounds everything, compiled: radiance by direction, and directions in proportion to luminance.
 
+use super::cells::Cells;
 use super::description::{Environment, LatLong};
-use crate::lanes::{Rgb, Rgbx8, Vec3x8, WIDTH, f32x8, safe_sqrt, sin_cos_turns, square};
+use super::harmonics::Harmonics;
+use crate::lanes::{Rgb, Rgbx8, Vec3x8, WIDTH, f32x8, sin_cos_turns, square};
 use crate::sampling::warp::{self, Pair};
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::TAU;
 use std::f64::consts::PI;
 use std::sync::Arc;
-
-/// The greatest f32 below 1.
-const BELOW_ONE: f32 = 1.0 - 0.5 * f32::EPSILON;
 
 /// The environment as the kernels read it.
 #[derive(Clone, Debug)]
@@ -19,6 +18,8 @@ pub enum Sky {
     Gradient(Gradient),
     /// A lat-long image; drawn exactly by luminance × solid angle.
     Image(SkyImage),
+    /// Band-limited; drawn by the magnitude of its radiance, cell by cell.
+    Harmonics(Harmonics),
 }
 
 /// A direction drawn from the environment.
@@ -46,6 +47,7 @@ impl Sky {
                 image,
                 rotate_degrees,
             } => SkyImage::new(image, *rotate_degrees).map(Sky::Image),
+            Environment::Harmonics(described) => Harmonics::new(described).map(Sky::Harmonics),
         };
         compiled.unwrap_or(Sky::Constant(Rgb::BLACK))
     }
@@ -56,7 +58,8 @@ impl Sky {
         match self {
             Sky::Constant(radiance) => Rgbx8::splat(*radiance),
             Sky::Gradient(gradient) => gradient.radiance(direction.y),
-            Sky::Image(image) => image.radiance(image.pixels_at(direction)),
+            Sky::Image(image) => image.radiance(image.cells.at(direction)),
+            Sky::Harmonics(harmonics) => harmonics.radiance(direction),
         }
     }
 
@@ -74,11 +77,13 @@ impl Sky {
             Sky::Constant(_) => f32x8::splat(warp::UNIFORM_SPHERE_PDF),
             Sky::Gradient(gradient) => radiance.luminance() * gradient.pdf_per_luminance,
             Sky::Image(image) => radiance.luminance() * image.pdf_per_luminance,
+            Sky::Harmonics(harmonics) => harmonics.pdf(direction),
         };
         (radiance, pdf)
     }
 
-    /// Draws a direction by luminance. Its radiance and density are those of the place drawn: of an image, the pixel.
+    /// Draws a direction by luminance. Its radiance and density are those of the place drawn: of an image, the pixel; of a
+    /// density in cells, the cell.
     #[inline]
     pub fn sample(&self, u: Pair) -> SkySample {
         match self {
@@ -97,7 +102,7 @@ impl Sky {
                 }
             }
             Sky::Image(image) => {
-                let (direction, pixels) = image.sample(u);
+                let (direction, pixels) = image.cells.sample(u);
                 let radiance = image.radiance(pixels);
                 SkySample {
                     direction,
@@ -105,15 +110,24 @@ impl Sky {
                     pdf: radiance.luminance() * image.pdf_per_luminance,
                 }
             }
+            Sky::Harmonics(harmonics) => {
+                let (direction, pdf) = harmonics.sample(u);
+                SkySample {
+                    direction,
+                    radiance: harmonics.radiance(direction),
+                    pdf,
+                }
+            }
         }
     }
 
-    /// ∫ luminance dω over the sphere, W·m⁻².
+    /// ∫ luminance dω over the sphere, W·m⁻²; of what may be negative, ∫ of its magnitude.
     pub fn integral_luminance(&self) -> f32 {
         match self {
             Sky::Constant(radiance) => 2.0 * TAU * radiance.luminance(),
             Sky::Gradient(gradient) => gradient.integral,
-            Sky::Image(image) => image.integral,
+            Sky::Image(image) => image.cells.integral,
+            Sky::Harmonics(harmonics) => harmonics.integral(),
         }
     }
 }
@@ -191,117 +205,27 @@ impl Gradient {
     }
 }
 
-/// The tables of a lat-long image (Pharr, Jakob & Humphreys, PBR 4th ed., sec. 12.5): the distribution of rows, and in
-/// each row that of columns. Pixels are constant over their solid angle, and so is the density.
+/// A lat-long image and what draws its pixels, which are constant over their solid angle, as the density is.
 #[derive(Clone, Debug)]
 pub struct SkyImage {
     image: Arc<LatLong>,
-    /// `height + 1` entries from 0 to 1.
-    rows: Vec<f32>,
-    /// `width + 1` entries from 0 to 1 for each row.
-    columns: Vec<f32>,
-    /// Upper and lower border of each row: 1 − |cos θ| on its side of the equator, for single precision is coarse near
-    /// cos θ = 1.
-    borders: Vec<[f32; 2]>,
-    /// Added to an azimuth of the world, in turns, to find that of the image; in [0, 1).
-    turn: f32,
-    integral: f32,
+    cells: Cells,
     pdf_per_luminance: f32,
-}
-
-/// 1 − cos θ for θ = π · part.
-fn one_minus_cos(part: f64) -> f64 {
-    let half = libm::sin(0.5 * PI * part);
-    2.0 * half * half
-}
-
-/// Running sums of the weights over their total, from 0 to 1, and the total.
-///
-/// What has no weight has no width; all from the last weight on is 1, so that rounding cannot cut it off.
-fn cumulative(weights: impl Iterator<Item = f64> + Clone, table: &mut Vec<f32>) -> f64 {
-    let total: f64 = weights.clone().sum();
-    let mut sum = 0.0;
-    table.push(0.0);
-    table.extend(weights.map(|weight| {
-        sum += weight;
-        if total > 0.0 {
-            (sum / total) as f32
-        } else {
-            0.0
-        }
-    }));
-    total
-}
-
-/// The interval of a distribution that `u` falls into, and where in it, in [0, 1).
-#[inline]
-fn find(cumulative: &[f32], u: f32) -> (usize, f32) {
-    let above = cumulative.partition_point(|&c| c <= u);
-    let index = above.clamp(1, cumulative.len() - 1) - 1;
-    let (low, high) = (cumulative[index], cumulative[index + 1]);
-    (index, ((u - low) / (high - low)).clamp(0.0, BELOW_ONE))
 }
 
 impl SkyImage {
     /// None where it is black.
     fn new(image: &Arc<LatLong>, rotate_degrees: f32) -> Option<Self> {
-        let LatLong {
-            width,
-            height,
-            pixels,
-            ..
-        } = &**image;
-        let (width, height) = (*width, *height);
-        let part = |border: usize| border as f64 / height as f64;
-        let luminance =
-            |c: &Rgb| 0.2126 * f64::from(c.r) + 0.7152 * f64::from(c.g) + 0.0722 * f64::from(c.b);
-
-        let mut columns = Vec::with_capacity((width + 1) * height);
-        let mut borders = Vec::with_capacity(height);
-        let mut weights = Vec::with_capacity(height);
-        for y in 0..height {
-            let row = pixels[y * width..(y + 1) * width].iter().map(luminance);
-            // By the nearer pole: 1 − cos θ above the equator, 1 + cos θ below it.
-            let [top, bottom] = if 2 * y < height {
-                [part(y), part(y + 1)].map(one_minus_cos)
-            } else {
-                [part(height - y), part(height - y - 1)].map(one_minus_cos)
-            };
-            let solid_angle = 2.0 * PI / width as f64 * (bottom - top).abs();
-            weights.push(cumulative(row, &mut columns) * solid_angle);
-            borders.push([top as f32, bottom as f32]);
-        }
-        let mut rows = Vec::with_capacity(height + 1);
-        let integral = cumulative(weights.into_iter(), &mut rows) as f32;
-        let turn = f64::from(rotate_degrees) / 360.0;
-        (integral >= f32::MIN_POSITIVE).then(|| Self {
+        let luminance = |index: usize| {
+            let c = image.pixels[index];
+            0.2126 * f64::from(c.r) + 0.7152 * f64::from(c.g) + 0.0722 * f64::from(c.b)
+        };
+        let size = (image.width, image.height);
+        let cells = Cells::new(size, luminance, rotate_degrees)?;
+        Some(Self {
             image: Arc::clone(image),
-            rows,
-            columns,
-            borders,
-            turn: (turn - libm::floor(turn)) as f32,
-            integral,
-            pdf_per_luminance: 1.0 / integral,
-        })
-    }
-
-    /// Indices of the pixels that eight directions fall into.
-    #[inline]
-    fn pixels_at(&self, d: Vec3x8) -> [usize; WIDTH] {
-        let (width, height) = (self.image.width, self.image.height);
-        // atan2 where acos(y) would be coarse: near the poles.
-        let from_pole = d.x.mul_add(d.x, square(d.z)).sqrt().atan2(d.y) * FRAC_1_PI;
-        let turns =
-            d.x.atan2(-d.z)
-                .mul_add(f32x8::splat(0.5 * FRAC_1_PI), f32x8::splat(self.turn));
-        let turns = turns - turns.floor();
-        // Casts take what is negative or not a number to 0.
-        let rows = (from_pole * height as f32).to_array();
-        let columns = (turns * width as f32).to_array();
-        std::array::from_fn(|lane| {
-            let y = (rows[lane] as usize).min(height - 1);
-            let x = (columns[lane] as usize).min(width - 1);
-            y * width + x
+            pdf_per_luminance: 1.0 / cells.integral,
+            cells,
         })
     }
 
@@ -313,31 +237,5 @@ impl SkyImage {
             f32x8::new(pixels.map(|c| c.g)),
             f32x8::new(pixels.map(|c| c.b)),
         )
-    }
-
-    /// Directions and the pixels they were drawn in: the row by `u.0`, the column by `u.1`, so that what is stratified
-    /// on the square is on the sphere.
-    #[inline]
-    fn sample(&self, u: Pair) -> (Vec3x8, [usize; WIDTH]) {
-        let width = self.image.width;
-        let (row_u, column_u) = (u.0.to_array(), u.1.to_array());
-        let mut pixels = [0; WIDTH];
-        let [mut pole, mut side, mut turns] = [[0.0; WIDTH]; 3];
-        for lane in 0..WIDTH {
-            let (y, down) = find(&self.rows, row_u[lane].min(BELOW_ONE));
-            let row = &self.columns[y * (width + 1)..(y + 1) * (width + 1)];
-            let (x, right) = find(row, column_u[lane].min(BELOW_ONE));
-            let [top, bottom] = self.borders[y];
-            pixels[lane] = y * width + x;
-            pole[lane] = (bottom - top).mul_add(down, top);
-            side[lane] = if 2 * y < self.image.height { 1.0 } else { -1.0 };
-            turns[lane] = (x as f32 + right) / width as f32;
-        }
-        let (pole, side, turns) = (f32x8::new(pole), f32x8::new(side), f32x8::new(turns));
-        let turns = turns - f32x8::splat(self.turn);
-        let (sin, cos) = sin_cos_turns(turns - turns.floor());
-        let r = safe_sqrt(pole * (f32x8::splat(2.0) - pole));
-        let direction = Vec3x8::new(r * sin, side * (f32x8::ONE - pole), -(r * cos));
-        (direction, pixels)
     }
 }

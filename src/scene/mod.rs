@@ -4,11 +4,13 @@
 mod alias;
 pub mod builtin;
 pub mod camera;
+mod cells;
 pub mod description;
 pub mod environment;
 mod exr;
 pub mod framing;
 pub mod gltf;
+pub mod harmonics;
 mod hash;
 mod hull;
 pub mod image;

@@ -4,8 +4,10 @@
 //! and order `m` stands at `l² + l + m`, so those up to degree `l` are the first `(l + 1)²`.
 
 mod basis;
+mod series;
 
 pub use basis::Basis;
+pub use series::Series;
 
 /// The greatest degree that anything here takes.
 pub const MAX_DEGREE: usize = 128;

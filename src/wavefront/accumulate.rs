@@ -56,7 +56,7 @@ pub fn shadowed(
     for (live, encounter) in encounters.batches() {
         let contribution = carried(ctx, encounter);
         shadow_rays.push(
-            live & contribution.max_channel().simd_gt(f32x8::ZERO),
+            live & contribution.max_magnitude().simd_gt(f32x8::ZERO),
             &ShadowRayX8 {
                 origin: encounter.origin,
                 direction: encounter.direction,

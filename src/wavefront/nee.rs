@@ -74,7 +74,7 @@ pub fn sample_lights<B: Bsdf, V: Surface>(
             };
             let contribution =
                 vertex.throughput * light.radiance * bsdf.value * (weight * light.inverse_pdf);
-            let mut lit = *live & contribution.max_channel().simd_gt(f32x8::ZERO);
+            let mut lit = *live & contribution.max_magnitude().simd_gt(f32x8::ZERO);
             if V::SMOOTH && !B::TRANSMISSIVE {
                 let height = surface.ng(normal).dot(light.direction);
                 lit &= height.simd_gt(f32x8::ZERO);
