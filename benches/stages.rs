@@ -65,7 +65,7 @@ fn first_edge(setup: &Setup) -> Workspace {
     let wave = wave(0, 0);
     let mut ws = Workspace::new(wave.paths(), &setup.scene, false);
     ws.start(wave.paths());
-    generate::camera_rays(&ctx, &wave, &mut ws.rays);
+    generate::rays(&ctx, &wave, &mut ws.rays);
     closest(&ctx, ctx.enclosed, &mut ws);
     ws
 }
@@ -97,7 +97,7 @@ fn generate(criterion: &mut Criterion) {
         let wave = wave(0, 0);
         bench(&mut group, &sampler.to_string(), wave.paths(), || {
             ws.rays.clear();
-            generate::camera_rays(&ctx, black_box(&wave), &mut ws.rays);
+            generate::rays(&ctx, black_box(&wave), &mut ws.rays);
         });
     }
 }

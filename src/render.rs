@@ -1,4 +1,6 @@
-//! Floor 5: a whole image. Tiles go to rayon workers, one workspace each; nothing but the film is shared.
+//! Floor 5: a whole image, or light probes. Tiles go to rayon workers, one workspace each; nothing but the film is shared.
+
+pub mod probes;
 
 use crate::bvh::Quality;
 use crate::error::{Error, Result};
@@ -7,6 +9,7 @@ use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::description::{Description, MAX_EDGES, MAX_SIDE, SamplerKind, Strategy};
+use crate::scene::sensor::Sensor;
 use crate::stats::Stats;
 use crate::wavefront::{self, Context, Stage, Tally, Wave, Workspace};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -78,6 +81,32 @@ impl Settings {
     pub fn set_size(&mut self, width: u32, height: u32) {
         (self.width, self.height) = (width, height);
         self.region = Region::full(width, height);
+    }
+
+    fn random_numbers(&self) -> Sampler {
+        match self.sampler {
+            SamplerKind::Pcg => Sampler::pcg(self.seed, self.path_length),
+            SamplerKind::Sobol => Sampler::sobol(self.seed, self.path_length),
+        }
+    }
+
+    fn context<'a>(
+        &self,
+        scene: &'a Scene,
+        sensor: Sensor<'a>,
+        sampler: &'a Sampler,
+    ) -> Context<'a> {
+        let origins = sensor.origins();
+        Context {
+            scene,
+            sensor,
+            enclosed: origins.iter().all(|&origin| scene.encloses(origin)),
+            sampler,
+            strategy: self.strategy,
+            path_length: self.path_length,
+            roulette: self.roulette,
+            first_hits: !self.aovs.is_empty(),
+        }
     }
 
     /// What [`render`] asks of its settings before it begins.
@@ -152,16 +181,26 @@ pub fn render(
     settings: &Settings,
     control: &Control,
 ) -> Result<Rendered> {
+    render_by(wavefront::trace, description, settings, control)
+}
+
+/// The same, with another way from a wave to the radiance of its paths.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_by(
+    trace: impl Fn(&Context, &Wave, &mut Workspace) + Sync,
+    description: &Description,
+    settings: &Settings,
+    control: &Control,
+) -> Result<Rendered> {
     settings.check()?;
     let begin = Instant::now();
     let camera = find_camera(description, settings)?;
     let threads = settings.threads.unwrap_or_else(all_processors);
     let pool = workers(threads)?;
     let scene = pool.install(|| Scene::compile_with(description, settings.bvh));
-    let sampler = match settings.sampler {
-        SamplerKind::Pcg => Sampler::pcg(settings.seed, settings.path_length),
-        SamplerKind::Sobol => Sampler::sobol(settings.seed, settings.path_length),
-    };
+    let sampler = settings.random_numbers();
     let film = Film::new(
         settings.width,
         settings.height,
@@ -170,19 +209,7 @@ pub fn render(
     )?;
     let build = begin.elapsed();
 
-    let ctx = Context {
-        scene: &scene,
-        camera: &camera,
-        enclosed: camera
-            .origins()
-            .iter()
-            .all(|&origin| scene.encloses(origin)),
-        sampler: &sampler,
-        strategy: settings.strategy,
-        path_length: settings.path_length,
-        roulette: settings.roulette,
-        first_hits: !settings.aovs.is_empty(),
-    };
+    let ctx = settings.context(&scene, Sensor::Camera(&camera), &sampler);
     let plan = Plan::new(settings);
     let next = AtomicU64::new(0);
     let begin = Instant::now();
@@ -196,7 +223,7 @@ pub fn render(
             let Some(wave) = plan.wave(next.fetch_add(1, Ordering::Relaxed)) else {
                 break;
             };
-            wavefront::trace(&ctx, &wave, &mut ws);
+            trace(&ctx, &wave, &mut ws);
             let first_hits = ctx.first_hits.then(|| &ws.first_hits[..wave.paths()]);
             film.add(
                 wave.tile(),

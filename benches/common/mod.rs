@@ -7,6 +7,7 @@ use ondine::scene::Scene;
 use ondine::scene::builtin;
 use ondine::scene::camera::Camera;
 use ondine::scene::description::{SamplerKind, Strategy};
+use ondine::scene::sensor::Sensor;
 use ondine::wavefront::{Context, Wave};
 
 /// Edges of the paths.
@@ -49,7 +50,7 @@ impl Setup {
     pub fn context(&self) -> Context<'_> {
         Context {
             scene: &self.scene,
-            camera: &self.camera,
+            sensor: Sensor::Camera(&self.camera),
             enclosed: self
                 .camera
                 .origins()

@@ -5,7 +5,7 @@
 /// The order is part of what an image's bits depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
-    /// Where in the pixel's filter (a pair).
+    /// Where in the pixel's filter, or on the sphere around a probe (a pair).
     PixelFilter,
     /// Where on the lens (a pair).
     Lens,

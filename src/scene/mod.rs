@@ -25,6 +25,7 @@ pub mod obj;
 pub mod pbrt;
 pub mod ply;
 mod punctual;
+pub mod sensor;
 pub mod surface;
 pub mod toml;
 

@@ -37,7 +37,11 @@ impl Series {
                 let twice = 2.0 * m as f64;
                 first *= ((twice + 1.0) / twice).sqrt();
             }
-            let factor = if m == 1 { std::f64::consts::SQRT_2 } else { 1.0 };
+            let factor = if m == 1 {
+                std::f64::consts::SQRT_2
+            } else {
+                1.0
+            };
             first *= factor;
             // Yₗ₊₁ₘ = a z Yₗₘ − b Yₗ₋₁ₘ with a² = (4(l+1)² − 1) / ((l+1)² − m²), b = a / the a before.
             let mut before = f64::INFINITY;
@@ -81,10 +85,7 @@ impl Series {
                 (below, here) = (here, next);
             }
             sum = even.mul_add(cos, odd.mul_add(sin, sum));
-            (cos, sin) = (
-                x.mul_sub(cos, y * sin),
-                x.mul_add(sin, y * cos),
-            );
+            (cos, sin) = (x.mul_sub(cos, y * sin), x.mul_add(sin, y * cos));
         }
         sum
     }

@@ -1,13 +1,12 @@
-//! Stage 1: camera rays.
+//! Stage 1: the sensor's rays.
 
 use super::queues::PathRayX8;
 use super::{Context, Wave};
 use crate::lanes::{Queue, Rgbx8, WIDTH, f32x8, first_lanes, u32x8};
-use crate::sampling::Dimension;
 
-/// The camera rays of a wave: pixel by pixel in rows, and for each pixel sample by sample, so that a batch is coherent.
+/// The first rays of a wave: pixel by pixel in rows, and for each pixel sample by sample, so that a batch is coherent.
 #[inline(never)]
-pub fn camera_rays(ctx: &Context, wave: &Wave, rays: &mut Queue<PathRayX8>) {
+pub fn rays(ctx: &Context, wave: &Wave, rays: &mut Queue<PathRayX8>) {
     let paths = wave.paths();
     let mut next = Cursor {
         x: 0,
@@ -22,15 +21,7 @@ pub fn camera_rays(ctx: &Context, wave: &Wave, rays: &mut Queue<PathRayX8>) {
 
         // Rows and columns stay below 2^16.
         let path = ctx.sampler.path_key(row << 16 | column, sample);
-        let in_filter = ctx.sampler.pair(path, Dimension::PixelFilter, 0);
-        let on_lens = if ctx.camera.has_lens() {
-            ctx.sampler.pair(path, Dimension::Lens, 0)
-        } else {
-            (f32x8::ZERO, f32x8::ZERO)
-        };
-        let (origin, direction) = ctx
-            .camera
-            .rays(whole(column), whole(row), in_filter, on_lens);
+        let (origin, direction) = ctx.sensor.rays(ctx.sampler, path, column, row);
         rays.push(
             first_lanes(paths - first),
             &PathRayX8 {
@@ -44,11 +35,6 @@ pub fn camera_rays(ctx: &Context, wave: &Wave, rays: &mut Queue<PathRayX8>) {
             },
         );
     }
-}
-
-/// A whole number below 2^23 as a float.
-fn whole(n: u32x8) -> f32x8 {
-    f32x8::from_bits(n | u32x8::splat(0x4b00_0000)) - f32x8::splat(8_388_608.0)
 }
 
 /// The next path of a wave.

@@ -15,17 +15,17 @@ use crate::film::Region;
 use crate::material::{Bsdf, Conductor, Glass, Kind, Lambert, Mirror, Phong, Principled};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
-use crate::scene::camera::Camera;
 use crate::scene::description::Strategy;
+use crate::scene::sensor::Sensor;
 
 /// What every stage reads and none writes.
 #[derive(Clone, Copy, Debug)]
 pub struct Context<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// The camera.
-    pub camera: &'a Camera,
-    /// Whether [`Scene::encloses`] every camera ray's origin, and so every path.
+    /// Where paths begin.
+    pub sensor: Sensor<'a>,
+    /// Whether [`Scene::encloses`] the origin of every first ray, and so every path.
     pub enclosed: bool,
     /// The random numbers.
     pub sampler: &'a Sampler,
@@ -39,7 +39,7 @@ pub struct Context<'a> {
     pub first_hits: bool,
 }
 
-/// The paths that one worker carries at a time: a tile of pixels × a run of samples within one block.
+/// The paths that one worker carries at a time: a tile of pixels × a run of samples (for a film, within one block).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wave {
     /// Left column, image pixels.
@@ -52,7 +52,7 @@ pub struct Wave {
     pub height: u32,
     /// First sample.
     pub first_sample: u32,
-    /// Samples of each pixel, at most [`BLOCK`](crate::film::BLOCK).
+    /// Samples of each pixel; for a film, at most [`BLOCK`](crate::film::BLOCK).
     pub samples: u32,
 }
 
@@ -79,7 +79,7 @@ impl Wave {
 /// When the wave has more paths than the workspace has room for.
 pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
     ws.start(wave.paths());
-    generate::camera_rays(ctx, wave, &mut ws.rays);
+    generate::rays(ctx, wave, &mut ws.rays);
     ws.tally.end(Stage::Generate, ws.rays.len());
     if ctx.first_hits {
         match ctx.scene.meshes.as_ref() {

@@ -1,0 +1,10 @@
+//! Spherical harmonics.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../common/render.rs"]
+mod render;
+
+mod environment;
+mod oracle;
+mod probe_bake;
