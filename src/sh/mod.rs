@@ -4,8 +4,17 @@
 //! and order `m` stands at `l² + l + m`, so those up to degree `l` are the first `(l + 1)²`.
 
 mod basis;
+mod convolve;
+mod lobe;
+mod probe;
+mod published;
+mod table;
 
 pub use basis::Basis;
+pub use convolve::Lobe;
+pub use lobe::lobe;
+pub use probe::{CONVENTION, Document, Probe};
+pub use published::{NAMES as PUBLISHED, published};
 
 /// The greatest degree that anything here takes.
 pub const MAX_DEGREE: usize = 128;
