@@ -1,5 +1,6 @@
 //! Raw arguments: what can be typed. What it means together is for the commands to check.
 
+use super::sh;
 use crate::bvh::Quality;
 use crate::film::tonemap::Operator;
 use crate::film::{AovSet, Region};
@@ -54,6 +55,9 @@ pub(super) enum Command {
     Info(InfoArgs),
     /// Measure how fast given rays meet a mesh
     Rays(RaysArgs),
+    /// Spherical harmonics: the basis, lobes, environments, shading, probes
+    #[command(subcommand)]
+    Sh(sh::Command),
     /// List the built-in scenes, or print one as a scene file
     Scenes(ScenesArgs),
 }
@@ -203,7 +207,7 @@ pub(super) enum RayKind {
 choices!(RayKind, "kind of ray": "closest" = Closest, "any" = Any);
 
 /// One of a few names, which the help lists.
-fn choice<T>(names: &'static [&'static str]) -> impl TypedValueParser<Value = T>
+pub(super) fn choice<T>(names: &'static [&'static str]) -> impl TypedValueParser<Value = T>
 where
     T: FromStr<Err = crate::error::Error> + Clone + Send + Sync + 'static,
 {
@@ -211,7 +215,7 @@ where
 }
 
 /// A whole number that the type holds; whether it is a sensible one is checked with the other settings.
-fn whole<T: FromStr + Bounds>(text: &str) -> Result<T, String> {
+pub(super) fn whole<T: FromStr + Bounds>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| {
         let unsigned = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
         let what = if unsigned {
@@ -224,7 +228,7 @@ fn whole<T: FromStr + Bounds>(text: &str) -> Result<T, String> {
 }
 
 /// The greatest value of a type.
-trait Bounds {
+pub(super) trait Bounds {
     const MAX: u64;
 }
 
@@ -240,15 +244,15 @@ impl Bounds for usize {
     const MAX: u64 = usize::MAX as u64;
 }
 
-fn threads(text: &str) -> Result<usize, String> {
+pub(super) fn threads(text: &str) -> Result<usize, String> {
     within(text, 1, 1024)
 }
 
-fn repeats(text: &str) -> Result<usize, String> {
+pub(super) fn repeats(text: &str) -> Result<usize, String> {
     within(text, 1, 1_000_000)
 }
 
-fn within(text: &str, low: usize, high: usize) -> Result<usize, String> {
+pub(super) fn within(text: &str, low: usize, high: usize) -> Result<usize, String> {
     whole(text)
         .ok()
         .filter(|number| (low..=high).contains(number))

@@ -265,7 +265,8 @@ fn environment(environment: &Environment) -> Value {
             "rotate_degrees": rotate_degrees,
         }),
         Environment::Harmonics(sh) => json!({
-            "sh": sh.source, "l_max": sh.degree, "coefficients": sh.coefficients.len(),
+            "sh": sh.source, "l_max": sh.probe.degree,
+            "coefficients": sh.probe.coefficients.len(),
             "rotate_degrees": sh.rotate_degrees, "clamp": sh.clamp,
         }),
     }

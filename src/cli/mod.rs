@@ -9,11 +9,13 @@ mod info_scene;
 mod interrupt;
 mod memory;
 mod outputs;
+mod plot;
 mod progress;
 mod rays;
 mod render;
 mod report;
 mod scenes;
+mod sh;
 mod target;
 
 use crate::error::Result;
@@ -52,6 +54,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
         Command::Render(args) => render::run(args),
         Command::Info(args) => info::run(args),
         Command::Rays(args) => rays::run(args),
+        Command::Sh(command) => sh::run(command),
         Command::Scenes(args) => scenes::run(args),
     };
     match outcome {

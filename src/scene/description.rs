@@ -8,6 +8,7 @@ use crate::bvh::Quality;
 use crate::error::Error;
 use crate::lanes::Rgb;
 use crate::material::Material;
+use crate::sh::Probe;
 use glam::{Affine3A, Vec3};
 use std::sync::Arc;
 
@@ -315,10 +316,8 @@ pub enum Environment {
 pub struct Harmonics {
     /// Where they came from: a file, or the name of a light that is part of the program.
     pub source: String,
-    /// The greatest degree, at most [`MAX_DEGREE`](crate::sh::MAX_DEGREE).
-    pub degree: usize,
-    /// Of radiance, RGB, in the order of [`index`](crate::sh::index); finite.
-    pub coefficients: Vec<[f64; 3]>,
+    /// Radiance, convolved with no lobe.
+    pub probe: Probe,
     /// Turn around +y, degrees, counter-clockwise seen from above.
     pub rotate_degrees: f32,
     /// Whether radiance below 0 is cut off; what is band-limited rings below 0 around what is bright.

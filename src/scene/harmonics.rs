@@ -31,7 +31,7 @@ impl Harmonics {
     /// None where it is black.
     pub(super) fn new(environment: &description::Harmonics) -> Option<Self> {
         let series = environment.series();
-        let grid = Grid::new(environment.degree);
+        let grid = Grid::new(environment.probe.degree);
         let radiance = |d| clamped(series.evaluate(d), environment.clamp);
         let mut weights: Vec<f64> = grid.values(radiance).map(magnitude).collect();
         let mean = (0..weights.len())
@@ -94,13 +94,12 @@ impl Harmonics {
 impl description::Harmonics {
     /// The radiance before it is turned and clamped.
     fn series(&self) -> Series {
-        Series::new(self.degree, &self.coefficients)
+        Series::new(self.probe.degree, &self.probe.coefficients)
     }
 
-    /// The part of the sphere, in [0, 1], where a channel is negative, and the least value there is of any: band-limited
-    /// light rings around what is bright. Both by a grid.
+    /// The part of the sphere, in [0, 1], where a channel is negative, and the least value of any channel, by a grid.
     pub(super) fn negative(&self) -> (f64, f32) {
-        let (series, grid) = (self.series(), Grid::new(self.degree));
+        let (series, grid) = (self.series(), Grid::new(self.probe.degree));
         let mut part = 0.0;
         let mut least = f32::INFINITY;
         for (index, Rgb { r, g, b }) in grid.values(|d| series.evaluate(d)).enumerate() {

@@ -4,9 +4,18 @@
 //! and order `m` stands at `l² + l + m`, so those up to degree `l` are the first `(l + 1)²`.
 
 mod basis;
+mod convolve;
+mod lobe;
+mod probe;
+mod published;
 mod series;
+mod table;
 
 pub use basis::Basis;
+pub use convolve::Lobe;
+pub use lobe::lobe;
+pub use probe::{CONVENTION, Document, Probe};
+pub use published::{NAMES as PUBLISHED, published};
 pub use series::Series;
 
 /// The greatest degree that anything here takes.

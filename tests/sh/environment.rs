@@ -7,7 +7,7 @@ use ondine::lanes::WIDTH;
 use ondine::sampling::warp;
 use ondine::scene::description::{Description, Environment, Harmonics};
 use ondine::scene::environment::Sky;
-use ondine::sh::{Series, coefficients};
+use ondine::sh::{Probe, Series, coefficients};
 use std::f64::consts::{PI, TAU};
 
 /// Coefficients that fall off as 1 / (l + 1)², with a bright constant; negative in places.
@@ -26,8 +26,7 @@ fn wild(degree: usize, seed: u64) -> Vec<[f64; 3]> {
 fn harmonics(values: &[[f64; 3]]) -> Harmonics {
     Harmonics {
         source: String::from("test"),
-        degree: values.len().isqrt() - 1,
-        coefficients: values.to_vec(),
+        probe: Probe::radiance(values.to_vec()).unwrap(),
         rotate_degrees: 0.0,
         clamp: false,
     }

@@ -83,8 +83,7 @@ fn a_probe_under_a_sky_has_the_coefficients_of_the_sky() {
     let want = light();
     let sky = Environment::Harmonics(Harmonics {
         source: String::from("test"),
-        degree: 3,
-        coefficients: want.clone(),
+        probe: ondine::sh::Probe::radiance(want.clone()).unwrap(),
         rotate_degrees: 0.0,
         clamp: false,
     });

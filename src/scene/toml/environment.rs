@@ -1,12 +1,14 @@
 //! The environment, and lat-long images of it.
 
 use super::files::Files;
+use super::names;
 use super::reader::{Table, Value};
 use crate::error::Result;
 use crate::lanes::Rgb;
-use crate::scene::description::{Environment, LatLong};
+use crate::scene::description::{Environment, Harmonics, LatLong};
 use crate::scene::exr::{self, Raster};
 use crate::scene::hash;
+use crate::sh::{self, PUBLISHED, Probe};
 use std::io::BufReader;
 use std::sync::Arc;
 
@@ -17,18 +19,21 @@ const LARGEST: (usize, usize) = (16384, 8192);
 pub(super) fn environment(value: Value, files: &mut Files) -> Result<Environment> {
     const OWNER: &str = "[environment]";
     let table = value.table(OWNER)?;
-    let known = ["constant", "gradient", "image", "rotate_degrees"];
-    let later = [(
+    let known = [
+        "constant",
+        "gradient",
+        "image",
         "sh",
-        "use constant, gradient or an image (a lat-long EXR) instead",
-    )];
-    table.keys(OWNER, &known, &later)?;
+        "rotate_degrees",
+        "clamp",
+    ];
+    table.keys(OWNER, &known, &[])?;
     let mut kinds = table.values();
-    kinds.retain(|value| value.key != "rotate_degrees");
+    kinds.retain(|value| !["rotate_degrees", "clamp"].contains(&value.key));
     let kind = match kinds.as_slice() {
         [] => {
             return Err(table.error(
-                "[environment] is empty; add constant = [1.0, 1.0, 1.0], gradient = { zenith = [..], horizon = [..], ground = [..] } or image = \"sky.exr\"",
+                "[environment] is empty; add constant = [1.0, 1.0, 1.0], gradient = { zenith = [..], horizon = [..], ground = [..] }, image = \"sky.exr\" or sh = \"probe.json\"",
             ));
         }
         [kind] => *kind,
@@ -40,9 +45,21 @@ pub(super) fn environment(value: Value, files: &mut Files) -> Result<Environment
         }
     };
     let rotation = table.get("rotate_degrees");
-    if let (Some(rotation), true) = (rotation, kind.key != "image") {
+    if let (Some(rotation), false) = (rotation, ["image", "sh"].contains(&kind.key)) {
         return Err(rotation.key_error(format!(
-            "rotate_degrees turns an image, and this environment is {}; remove it",
+            "rotate_degrees turns an image or sh, and this environment is {}; remove it",
+            kind.key
+        )));
+    }
+    let rotate_degrees = || {
+        rotation.map_or(Ok(0.0), |value| {
+            value.number_where("from -360 to 360", |degrees| degrees.abs() <= 360.0)
+        })
+    };
+    let clamp = table.get("clamp");
+    if let (Some(clamp), true) = (clamp, kind.key != "sh") {
+        return Err(clamp.key_error(format!(
+            "clamp cuts off what is below 0 in sh, and this environment is {}; remove it",
             kind.key
         )));
     }
@@ -51,10 +68,22 @@ pub(super) fn environment(value: Value, files: &mut Files) -> Result<Environment
         "gradient" => {
             gradient(kind.table("gradient = { zenith = [..], horizon = [..], ground = [..] }")?)
         }
+        "sh" => {
+            let (source, probe) = probe(kind, files)?;
+            let harmonics = Harmonics {
+                source,
+                probe,
+                rotate_degrees: rotate_degrees()?,
+                clamp: clamp.map_or(Ok(false), |value| value.flag())?,
+            };
+            // Who writes `clamp`, whatever it is, knows.
+            if clamp.is_none() {
+                files.scene.warnings.extend(negative(kind, &harmonics));
+            }
+            Ok(Environment::Harmonics(harmonics))
+        }
         _ => Ok(Environment::Image {
-            rotate_degrees: rotation.map_or(Ok(0.0), |value| {
-                value.number_where("from -360 to 360", |degrees| degrees.abs() <= 360.0)
-            })?,
+            rotate_degrees: rotate_degrees()?,
             image: Arc::new(image(kind, files)?),
         }),
     }
@@ -70,6 +99,51 @@ fn gradient(table: Table) -> Result<Environment> {
         zenith: radiance("zenith")?,
         horizon: radiance("horizon")?,
         ground: radiance("ground")?,
+    })
+}
+
+/// The greatest magnitude of a coefficient: no sample of the film is larger.
+const GREATEST: f64 = 4_294_967_296.0;
+
+/// A light that is part of the program, by its name, or a file; and which.
+fn probe(value: Value, files: &mut Files) -> Result<(String, Probe)> {
+    let named = value.text()?;
+    if let Some(probe) = sh::published(named) {
+        return Ok((named.to_owned(), probe));
+    }
+    let known = names::list(PUBLISHED.into_iter());
+    let wanted = format!("a file of coefficients, or one of {known}");
+    let path = files.path(value, &wanted)?;
+    let wrong =
+        |message: String| value.error(message + &names::did_you_mean(named, PUBLISHED.into_iter()));
+    let probe = Probe::read(&path).map_err(|error| wrong(format!("sh {error}")))?;
+    let file = path.display();
+    if let Some(lobe) = probe.lobe {
+        return Err(wrong(format!(
+            "sh {file}: holds light convolved with {lobe}, and an environment is radiance; name coefficients of radiance"
+        )));
+    }
+    let all = probe.coefficients.iter().flatten();
+    if let Some(large) = all.copied().find(|value| value.abs() > GREATEST) {
+        return Err(wrong(format!(
+            "sh {file}: has a coefficient of {large:e}, and 2^32 is the greatest; choose another unit"
+        )));
+    }
+    hash::add_file(&path, &mut files.hasher)
+        .map_err(|error| wrong(format!("sh {file}: cannot read: {error}")))?;
+    Ok((file.to_string(), probe))
+}
+
+/// What a user should know of light below zero.
+fn negative(value: Value, harmonics: &Harmonics) -> Option<String> {
+    let (part, least) = harmonics.negative();
+    (part > 0.0).then(|| {
+        let message = format!(
+            "the radiance of sh is negative over {:.1} % of the sphere, down to {least:.3}: band-limited light rings; it is \
+             kept, so that images equal the double sum; clamp = true cuts it off at 0, clamp = false keeps it unsaid",
+            100.0 * part
+        );
+        value.error(message).to_string()
     })
 }
 

@@ -1,0 +1,27 @@
+//! `ondine sh`: spherical harmonics.
+
+mod basis;
+
+use super::Outcome;
+use super::args::within;
+use crate::error::Result;
+use crate::sh::MAX_DEGREE;
+use clap::Subcommand;
+
+/// What can be done with spherical harmonics.
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Evaluate the basis in given directions, and measure how fast
+    Basis(basis::BasisArgs),
+}
+
+pub(super) fn run(command: &Command) -> Result<Outcome> {
+    match command {
+        Command::Basis(args) => basis::run(args),
+    }
+}
+
+/// The greatest degree, as `--bands` has it.
+fn bands(text: &str) -> std::result::Result<usize, String> {
+    within(text, 0, MAX_DEGREE)
+}
