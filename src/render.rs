@@ -1,5 +1,6 @@
 //! Floor 5: a whole image, or light probes. Tiles go to rayon workers, one workspace each; nothing but the film is shared.
 
+pub mod double_sum;
 pub mod probes;
 
 use crate::bvh::Quality;

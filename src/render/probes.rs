@@ -12,7 +12,7 @@ use crate::lanes::{WIDTH, f32x8, u32x8};
 use crate::scene::Scene;
 use crate::scene::description::{Description, MAX_SIDE};
 use crate::scene::sensor::{Sensor, probe_directions};
-use crate::sh::{Basis, MAX_DEGREE, coefficients};
+use crate::sh::{Basis, MAX_DEGREE, Probe, coefficients};
 use crate::stats::Stats;
 use crate::wavefront::{self, Context, Stage, Tally, Wave, Workspace};
 use glam::Vec3;
@@ -25,15 +25,17 @@ use wide::f64x4;
 /// Independent sets of samples: standard errors have one degree of freedom less.
 pub const SETS: u32 = 16;
 
+/// The most coefficients of all probes: with their errors they take 800 MB.
+const MOST_COEFFICIENTS: usize = 1 << 24;
+
 /// The light that arrives at a point.
 #[derive(Clone, Debug)]
 pub struct Baked {
     /// World space.
     pub position: Vec3,
-    /// Of radiance, RGB, W·sr⁻¹·m⁻², in the order of [`index`](crate::sh::index).
-    pub coefficients: Vec<[f64; 3]>,
-    /// Of each coefficient; (coefficient − true value) / error follows Student's t with [`SETS`] − 1 degrees of freedom.
-    pub standard_errors: Vec<[f64; 3]>,
+    /// Radiance, with standard errors: (coefficient − true value) / error follows Student's t with [`SETS`] − 1 degrees of
+    /// freedom.
+    pub probe: Probe,
 }
 
 /// Probes, and what they took.
@@ -55,8 +57,8 @@ pub struct BakedProbes {
 /// The coefficients are a function of scene, settings and seed alone, whatever the number of threads and the size of waves.
 ///
 /// # Errors
-/// [`Error::Usage`] for a setting out of its range, a position that is not finite, no position or more than 65,535, or
-/// when workers cannot be started.
+/// [`Error::Usage`] for a setting out of its range, a position that is not finite, no position or more than 65,535, more
+/// coefficients than memory should hold, or when workers cannot be started.
 pub fn bake(
     description: &Description,
     positions: &[Vec3],
@@ -118,6 +120,11 @@ pub fn bake(
 
     let mut tally = Tally::default();
     tallies.iter().for_each(|each| tally.merge(each));
+    let source = format!(
+        "{}, a probe of {} samples",
+        description.name,
+        plan.samples * SETS
+    );
     let (mut probes, mut rejected) = (Vec::with_capacity(positions.len()), 0);
     for (slot, &position) in slots.into_iter().zip(positions) {
         let slot = slot
@@ -128,11 +135,12 @@ pub fn bake(
         };
         rejected += slot.rejected;
         let (coefficients, standard_errors) = estimates.into_iter().unzip();
-        probes.push(Baked {
-            position,
-            coefficients,
-            standard_errors,
-        });
+        let probe = Probe {
+            standard_errors: Some(standard_errors),
+            source: Some(source.clone()),
+            ..Probe::radiance(coefficients)?
+        };
+        probes.push(Baked { position, probe });
     }
     Ok(BakedProbes {
         probes,
@@ -157,6 +165,14 @@ fn check(positions: &[Vec3], degree: usize) -> Result<()> {
     if positions.is_empty() || positions.len() > MAX_SIDE as usize {
         return wrong(format!(
             "{} probes are asked for; there can be 1 to {MAX_SIDE} at a time",
+            positions.len()
+        ));
+    }
+    let count = positions.len() * coefficients(degree);
+    if count > MOST_COEFFICIENTS {
+        return wrong(format!(
+            "{} probes of degree {degree} have {count} coefficients, and {MOST_COEFFICIENTS} are the most at a time; ask for \
+             fewer probes or bands",
             positions.len()
         ));
     }

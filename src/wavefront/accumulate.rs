@@ -1,7 +1,7 @@
 //! Stage 5: light reaches its paths. A path's contributions arrive in the order of its edges, whatever the wave.
 
 use super::Context;
-use super::queues::{EncounterX8, MeshEncounterX8, ShadowRayX8};
+use super::queues::{EncounterX8, MeshEncounterX8, ShadowRayX8, Surface, VertexX8};
 use crate::lanes::{Queue, Rgbx8, f32x8, u32x8};
 use crate::sampling::mis;
 use crate::scene::NONE;
@@ -43,6 +43,20 @@ pub fn mesh_encounters(
         );
         let light = weighed(ctx, encounter, emitted, light_pdf);
         add(live, encounter.path, light, radiance);
+    }
+}
+
+/// Adds what a function of the vertex says that each hit sends back.
+#[inline]
+pub fn shaded<V: Surface>(
+    vertices: &Queue<V>,
+    shade: impl Fn(&VertexX8) -> Rgbx8,
+    radiance: &mut [[f32; 4]],
+) {
+    for (live, surface) in vertices.batches() {
+        let vertex = surface.vertex();
+        let light = vertex.throughput * shade(vertex);
+        add(live, vertex.path, light, radiance);
     }
 }
 

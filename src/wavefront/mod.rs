@@ -12,11 +12,13 @@ pub use queues::Workspace;
 pub use tally::{Stage, Tally};
 
 use crate::film::Region;
+use crate::lanes::Rgbx8;
 use crate::material::{Bsdf, Conductor, Glass, Kind, Lambert, Mirror, Phong, Principled};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::scene::description::Strategy;
 use crate::scene::sensor::Sensor;
+use queues::VertexX8;
 
 /// What every stage reads and none writes.
 #[derive(Clone, Copy, Debug)]
@@ -101,16 +103,8 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
 
         if only_lights {
             intersect::lights(ctx.scene, &ws.rays, &mut ws.encounters);
-        } else if let Some(meshes) = meshes {
-            intersect::meshes::closest(ctx, meshes, last, ws);
         } else {
-            intersect::closest(
-                ctx.scene,
-                ctx.enclosed,
-                &ws.rays,
-                &mut ws.vertices,
-                &mut ws.encounters,
-            );
+            meet(ctx, last, ws);
         }
         ws.tally.end(Stage::Intersect, alive);
         ws.next_rays.clear();
@@ -148,6 +142,47 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
         ws.tally.end(Stage::Accumulate, shadows);
         ws.tally.shadows(shadows);
         ws.swap_rays();
+    }
+}
+
+/// Traces the first edge of a wave alone: what rays meet has the radiance that `shade` says, and light that they meet by
+/// themselves its own. Afterwards the workspace holds the radiance of each path.
+///
+/// # Panics
+/// As [`trace`].
+pub fn trace_first(
+    ctx: &Context,
+    wave: &Wave,
+    ws: &mut Workspace,
+    shade: impl Fn(&VertexX8) -> Rgbx8,
+) {
+    ws.start(wave.paths());
+    generate::rays(ctx, wave, &mut ws.rays);
+    let paths = ws.rays.len();
+    ws.tally.end(Stage::Generate, paths);
+    ws.tally.alive(1, paths);
+    meet(ctx, false, ws);
+    ws.tally.end(Stage::Intersect, paths);
+    accumulate::encounters(ctx, &ws.encounters, &mut ws.radiance);
+    accumulate::mesh_encounters(ctx, &ws.mesh_encounters, &mut ws.radiance);
+    for kind in Kind::ALL {
+        accumulate::shaded(&ws.vertices[kind as usize], &shade, &mut ws.radiance);
+        accumulate::shaded(&ws.mesh_vertices[kind as usize], &shade, &mut ws.radiance);
+    }
+    ws.tally.end(Stage::Accumulate, paths);
+}
+
+/// What the rays meet: hits in the queues of their kinds, light in those of the encounters.
+fn meet(ctx: &Context, last: bool, ws: &mut Workspace) {
+    match ctx.scene.meshes.as_ref() {
+        Some(meshes) => intersect::meshes::closest(ctx, meshes, last, ws),
+        None => intersect::closest(
+            ctx.scene,
+            ctx.enclosed,
+            &ws.rays,
+            &mut ws.vertices,
+            &mut ws.encounters,
+        ),
     }
 }
 

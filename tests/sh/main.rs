@@ -5,6 +5,7 @@ mod common;
 #[path = "../common/render.rs"]
 mod render;
 
+mod compare;
 mod environment;
 mod oracle;
 mod probe_bake;

@@ -1,6 +1,7 @@
 //! `ondine sh`: spherical harmonics.
 
 mod basis;
+mod probe;
 
 use super::Outcome;
 use super::args::within;
@@ -13,11 +14,14 @@ use clap::Subcommand;
 pub(super) enum Command {
     /// Evaluate the basis in given directions, and measure how fast
     Basis(basis::BasisArgs),
+    /// Bake light probes: the light that arrives at points of a scene
+    Probe(Box<probe::ProbeArgs>),
 }
 
 pub(super) fn run(command: &Command) -> Result<Outcome> {
     match command {
         Command::Basis(args) => basis::run(args),
+        Command::Probe(args) => probe::run(args),
     }
 }
 
