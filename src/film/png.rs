@@ -12,21 +12,17 @@ pub fn write(path: &Path, film: &Film, tonemap: Tonemap) -> Result<()> {
     write_whole(path, |file| encode(file, film, tonemap))
 }
 
-/// The PNG of the film's region.
+/// The PNG of the film's region, with an `sRGB` chunk.
 pub fn encode(to: impl Write, film: &Film, tonemap: Tonemap) -> io::Result<()> {
     let region = film.region();
-    let size = (region.width(), region.height());
-    encode_pixels(to, size, &pixels(film, tonemap))
-}
-
-/// The PNG of an image, three bytes of sRGB a pixel, row after row, with an `sRGB` chunk.
-pub fn encode_pixels(to: impl Write, (width, height): (u32, u32), pixels: &[u8]) -> io::Result<()> {
-    let mut encoder = Encoder::new(to, width, height);
+    let mut encoder = Encoder::new(to, region.width(), region.height());
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
     let mut writer = encoder.write_header().map_err(plain)?;
-    writer.write_image_data(pixels).map_err(plain)?;
+    writer
+        .write_image_data(&pixels(film, tonemap))
+        .map_err(plain)?;
     writer.finish().map_err(plain)
 }
 
