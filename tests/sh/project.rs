@@ -1,7 +1,8 @@
 //! Projection of lat-long images.
 
 use crate::common::Random;
-use crate::oracle::{basis, difference};
+use crate::draws::difference;
+use crate::oracle::basis;
 use ondine::lanes::{Rgb, Vec3x8, f32x8};
 use ondine::scene::description::{Environment, LatLong};
 use ondine::scene::environment::Sky;

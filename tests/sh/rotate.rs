@@ -1,7 +1,8 @@
 //! Rotation of coefficients.
 
 use crate::common::Random;
-use crate::oracle::{difference, direction, random_coefficients, sum};
+use crate::draws::{difference, direction, random_coefficients};
+use crate::oracle::sum;
 use glam::{DMat3, DVec3};
 use ondine::sh::{Probe, rotated};
 
