@@ -49,6 +49,31 @@ impl Raster {
         &self.pixels
     }
 
+    /// The least value of any channel, and the part of the pixels that have a negative one.
+    #[must_use]
+    pub fn negative(&self) -> (f32, f64) {
+        let least = |pixel: &Rgb| pixel.r.min(pixel.g).min(pixel.b);
+        let count = self
+            .pixels
+            .iter()
+            .filter(|pixel| least(pixel) < 0.0)
+            .count();
+        let all = self.pixels.iter().map(least);
+        (
+            all.fold(f32::INFINITY, f32::min),
+            count as f64 / self.pixels.len() as f64,
+        )
+    }
+
+    /// With 0 for what is negative.
+    #[must_use]
+    pub fn clamped(mut self) -> Self {
+        for pixel in &mut self.pixels {
+            *pixel = pixel.to_array().map(|value| value.max(0.0)).into();
+        }
+        self
+    }
+
     /// Images of one height in a row, from left to right.
     ///
     /// # Errors

@@ -1,6 +1,10 @@
 //! `ondine sh`: spherical harmonics.
 
 mod basis;
+mod light;
+mod object;
+mod project;
+mod shade;
 
 use super::Outcome;
 use super::args::within;
@@ -13,11 +17,17 @@ use clap::Subcommand;
 pub(super) enum Command {
     /// Evaluate the basis in given directions, and measure how fast
     Basis(basis::BasisArgs),
+    /// Project a lat-long image onto spherical harmonics
+    Project(project::ProjectArgs),
+    /// Shade an object by the double sum over light and lobe
+    Shade(shade::ShadeArgs),
 }
 
 pub(super) fn run(command: &Command) -> Result<Outcome> {
     match command {
         Command::Basis(args) => basis::run(args),
+        Command::Project(args) => project::run(args),
+        Command::Shade(args) => shade::run(args),
     }
 }
 

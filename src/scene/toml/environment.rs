@@ -3,7 +3,6 @@
 use super::files::Files;
 use super::reader::{Table, Value};
 use crate::error::Result;
-use crate::lanes::Rgb;
 use crate::scene::description::{Environment, LatLong};
 use crate::scene::{hash, lat_long};
 use std::sync::Arc;
