@@ -1,10 +1,5 @@
 //! Shading by the double sum, on the queues of the path tracer, and the estimators it is held to.
 //!
-//! Light given by coefficients `Lₗₘ` that is weighted with a lobe around a direction d comes to
-//! `Σₗ √(4π/(2l+1)) fₗ Σₘ Lₗₘ Yₗₘ(d)` (Ramamoorthi & Hanrahan 2001, "An Efficient Representation for Irradiance Environment
-//! Maps", eq. 7): no ray leaves the surface, so nothing casts a shadow. d is the normal for the cosine lobe, the mirror
-//! direction of the view for a Phong lobe.
-//!
 //! What equals what, on a convex object:
 //!
 //! - cosine lobe ÷ π: the path tracer's `lambert` of albedo 1, with paths of two edges;
@@ -14,21 +9,13 @@
 
 use super::{Control, Rendered, Settings, render_by};
 use crate::error::Result;
-use crate::lanes::{FrameX8, Rgbx8, Vec3x8, f32x8};
+use crate::lanes::{FrameX8, Rgb, Rgbx8, Vec3x8, f32x8};
 use crate::material::Lambert;
 use crate::sampling::{Dimension, warp};
 use crate::scene::description::Description;
-use crate::sh::{Lobe, Probe, Series};
+use crate::sh::{Lobe, Probe, Shading};
 use crate::wavefront::queues::VertexX8;
 use crate::wavefront::{self, Context, Wave, Workspace};
-use std::f64::consts::PI;
-
-/// The radiance that a white surface reflects of light given by coefficients.
-#[derive(Clone, Debug)]
-pub struct DoubleSum {
-    lobe: Lobe,
-    series: Series,
-}
 
 /// How the same is found with rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,33 +26,30 @@ pub enum Estimator {
     Lobe,
 }
 
+/// A white surface under light given by coefficients.
+#[derive(Clone, Debug)]
+pub struct DoubleSum {
+    lobe: Lobe,
+    shading: Shading,
+}
+
 impl DoubleSum {
     /// For light and a lobe.
     ///
     /// # Errors
     /// [`Error::Usage`](crate::error::Error::Usage) where the light was convolved before.
     pub fn new(light: &Probe, lobe: Lobe) -> Result<Self> {
-        let reflected = light.convolved(lobe)?;
-        // Irradiance becomes what a white surface reflects of it.
-        let scale = match lobe {
-            Lobe::Cosine => 1.0 / PI,
-            Lobe::Phong(_) => 1.0,
-        };
-        let values: Vec<[f64; 3]> = reflected
-            .coefficients
-            .iter()
-            .map(|rgb| rgb.map(|value| value * scale))
-            .collect();
         Ok(Self {
             lobe,
-            series: Series::new(reflected.degree, &values),
+            shading: Shading::new(light, lobe, Rgb::WHITE)?,
         })
     }
 
     /// Reflected radiance of a hit.
     #[inline]
     fn shade(&self, vertex: &VertexX8) -> Rgbx8 {
-        self.series.evaluate(axis(self.lobe, vertex))
+        let (normal, _) = vertex.frame::<Lambert>();
+        self.shading.shade(normal, vertex.wo)
     }
 
     /// The image of a scene whose every surface is white: the environment where rays meet nothing. Lights are as they are,

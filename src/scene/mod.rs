@@ -14,6 +14,7 @@ pub mod harmonics;
 mod hash;
 mod hull;
 pub mod image;
+pub mod lat_long;
 pub mod light;
 mod lines;
 mod luminaire;

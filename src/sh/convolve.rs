@@ -76,19 +76,26 @@ impl Probe {
             )));
         }
         let factors = lobe.factors(self.degree);
+        Ok(Self {
+            lobe: Some(lobe),
+            ..self.scaled(|l| factors[l])
+        })
+    }
+
+    /// Each degree times a factor, and its errors with it.
+    pub(super) fn scaled(&self, factor: impl Fn(usize) -> f64) -> Self {
         let scale = |list: &[[f64; 3]], sign: fn(f64) -> f64| {
             let each = list.iter().zip(super::probe::orders());
-            each.map(|(rgb, (l, _))| rgb.map(|value| value * sign(factors[l])))
+            each.map(|(rgb, (l, _))| rgb.map(|value| value * sign(factor(l))))
                 .collect()
         };
-        Ok(Self {
+        Self {
             coefficients: scale(&self.coefficients, |factor| factor),
             standard_errors: self
                 .standard_errors
                 .as_deref()
                 .map(|errors| scale(errors, f64::abs)),
-            lobe: Some(lobe),
             ..self.clone()
-        })
+        }
     }
 }

@@ -7,16 +7,25 @@ mod basis;
 mod convolve;
 mod lobe;
 mod probe;
+mod project;
 mod published;
+mod quadrature;
+mod reconstruct;
+mod rotate;
 mod series;
+mod shade;
 mod table;
 
 pub use basis::Basis;
 pub use convolve::Lobe;
 pub use lobe::lobe;
 pub use probe::{CONVENTION, Document, Probe};
+pub use project::project;
 pub use published::{NAMES as PUBLISHED, published};
+pub use reconstruct::Window;
+pub use rotate::rotated;
 pub use series::Series;
+pub use shade::Shading;
 
 /// The greatest degree that anything here takes.
 pub const MAX_DEGREE: usize = 128;

@@ -1,4 +1,4 @@
-//! Spherical harmonics.
+//! Spherical harmonics: each topic against a textbook in double precision.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -6,6 +6,11 @@ mod common;
 mod render;
 
 mod compare;
+mod draws;
 mod environment;
 mod oracle;
+mod probe;
 mod probe_bake;
+mod project;
+mod rotate;
+mod shade;

@@ -1,7 +1,11 @@
 //! `ondine sh`: spherical harmonics.
 
 mod basis;
+mod light;
+mod object;
 mod probe;
+mod project;
+mod shade;
 
 use super::Outcome;
 use super::args::within;
@@ -16,12 +20,18 @@ pub(super) enum Command {
     Basis(basis::BasisArgs),
     /// Bake light probes: the light that arrives at points of a scene
     Probe(Box<probe::ProbeArgs>),
+    /// Project a lat-long image onto spherical harmonics
+    Project(project::ProjectArgs),
+    /// Shade an object by the double sum over light and lobe
+    Shade(shade::ShadeArgs),
 }
 
 pub(super) fn run(command: &Command) -> Result<Outcome> {
     match command {
         Command::Basis(args) => basis::run(args),
         Command::Probe(args) => probe::run(args),
+        Command::Project(args) => project::run(args),
+        Command::Shade(args) => shade::run(args),
     }
 }
 
