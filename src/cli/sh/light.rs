@@ -49,7 +49,8 @@ pub(super) fn project(image: &LatLong, degree: usize) -> Result<Probe> {
     Ok(probe)
 }
 
-fn is_exr(path: &Path) -> bool {
+/// Whether a file is an image, by its name.
+pub(super) fn is_exr(path: &Path) -> bool {
     path.extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
 }

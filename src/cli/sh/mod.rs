@@ -1,6 +1,8 @@
 //! `ondine sh`: spherical harmonics.
 
 mod basis;
+mod compare;
+mod comparison;
 mod light;
 mod object;
 mod probe;
@@ -18,6 +20,8 @@ use clap::Subcommand;
 pub(super) enum Command {
     /// Evaluate the basis in given directions, and measure how fast
     Basis(basis::BasisArgs),
+    /// Compare the double sum with rays: by degree, as a table, a plot and pictures
+    Compare(compare::CompareArgs),
     /// Bake light probes: the light that arrives at points of a scene
     Probe(Box<probe::ProbeArgs>),
     /// Project a lat-long image onto spherical harmonics
@@ -29,6 +33,7 @@ pub(super) enum Command {
 pub(super) fn run(command: &Command) -> Result<Outcome> {
     match command {
         Command::Basis(args) => basis::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Probe(args) => probe::run(args),
         Command::Project(args) => project::run(args),
         Command::Shade(args) => shade::run(args),

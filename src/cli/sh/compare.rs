@@ -1,0 +1,343 @@
+//! `ondine sh compare`: the double sum against rays.
+
+use super::super::args::{size, threads, whole};
+use super::super::plot::{Axis, Line, Plot, Scale, Style};
+use super::super::progress::Progress;
+use super::super::report::seconds;
+use super::super::{Outcome, interrupt, print, print_json, say};
+use super::comparison::{Agreement, Comparison, Row, Subject};
+use super::{light, object};
+use crate::error::{Error, Result};
+use crate::film::tonemap::Tonemap;
+use crate::film::write_whole;
+use crate::render::{Control, Settings, all_processors, workers};
+use crate::scene::description::SamplerKind;
+use crate::scene::lat_long;
+use crate::sh::Lobe;
+use clap::Args;
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+const EXAMPLES: &str = "\
+Examples:
+  ondine sh compare --light grace --bsdf lambert
+  ondine sh compare --light sky.exr --bands 12 --bsdf phong:50 -o compared
+  ondine sh compare --light probe.json --bsdf lambert --shape teapot.ply -o compared
+
+What is compared: for lambert, the path tracer with a white lambert surface and paths of two edges. For phong:N, rays drawn
+from the lobe itself, which is what the double sum integrates; the path tracer's phong material stands beside it, and is
+another model: it has the cosine of the light's angle, is normalised by n + 2, and ends at the horizon. Both see the light
+as far as its coefficients go; of an image, the whole image is compared too.
+On an object that is not convex the path tracer's image has shadows, and the double sum has none.";
+
+/// Compare the double sum with rays: by degree, as a table, a plot and pictures
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(in crate::cli) struct CompareArgs {
+    /// The light: grace, eucalyptus, st-peters, uffizi, a file of coefficients (.json, .csv), or a lat-long image (.exr)
+    #[arg(long, value_name = "LIGHT")]
+    pub light: String,
+    /// What the surface reflects by: lambert, or phong:N
+    #[arg(long, value_name = "BSDF", value_parser = light::lobe)]
+    pub bsdf: Lobe,
+    /// What is seen: sphere (of radius 1, from +z), a mesh or scene file, or a built-in scene
+    #[arg(long, value_name = "SHAPE", default_value = "sphere")]
+    pub shape: String,
+    /// Greatest degree L of the light [default: all there is; 8 of an image]
+    #[arg(long, value_name = "L", allow_negative_numbers = true, value_parser = super::bands)]
+    pub bands: Option<usize>,
+    /// Samples per pixel
+    #[arg(long, value_name = "N", default_value_t = 256, allow_negative_numbers = true, value_parser = whole::<u32>)]
+    pub spp: u32,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "160x160", allow_hyphen_values = true, value_parser = size)]
+    pub size: (u32, u32),
+    /// Seed of the random numbers
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>)]
+    pub seed: u64,
+    /// A folder for strip.png, difference.svg and difference.csv; it is made where it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Worker threads [default: one for each processor]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads)]
+    pub threads: Option<usize>,
+    /// Print one JSON object instead of a table
+    #[arg(long)]
+    pub json: bool,
+    /// Show no progress bar
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// What rays found, in numbers.
+#[derive(Debug, Serialize)]
+struct Found {
+    name: &'static str,
+    /// Of the object's pixels.
+    rms: f64,
+    /// Root mean square of their standard errors, over `rms`.
+    relative_noise: f64,
+    /// What its difference is multiplied with in the strip.
+    strip_gain: u32,
+}
+
+/// What `sh compare --json` prints.
+#[derive(Debug, Serialize)]
+struct CompareReport {
+    light: String,
+    bsdf: String,
+    shape: String,
+    l_max: usize,
+    width: u32,
+    height: u32,
+    /// Pixels that the object covers wholly: those that are compared.
+    pixels: usize,
+    spp: u32,
+    seed: u64,
+    threads: usize,
+    seconds: f64,
+    estimators: Vec<Found>,
+    by_degree: Vec<Row>,
+    agreement: Agreement,
+    outputs: Vec<String>,
+}
+
+pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
+    let begin = Instant::now();
+    let threads = args.threads.unwrap_or_else(all_processors);
+    let pool = workers(threads)?;
+    let light = pool.install(|| light::open(&args.light, args.bands))?;
+    let image = match light::is_exr(Path::new(&args.light)) {
+        true => Some(Arc::new(lat_long::read(Path::new(&args.light))?)),
+        false => None,
+    };
+    let subject = Subject {
+        object: object::open(&args.shape)?,
+        light,
+        image,
+        lobe: args.bsdf,
+    };
+    let settings = args.settings(&subject, threads);
+    settings.check()?;
+    super::super::memory::check(&settings)?;
+
+    let paths = settings.region.pixels() as u64 * u64::from(settings.spp) * subject.images();
+    let progress = Progress::new(&args.light, paths, None, args.quiet);
+    let control = Control {
+        stop: interrupt::listen(),
+        progress: &|paths| progress.add(paths),
+    };
+    let compared = subject.compare(&settings, &control);
+    progress.finish();
+    let Some(comparison) = compared? else {
+        say("interrupted before the last image; nothing was written");
+        return Ok(Outcome::Interrupted);
+    };
+    let pixels = comparison
+        .covered
+        .iter()
+        .filter(|covered| **covered)
+        .count();
+    if pixels == 0 {
+        return Err(Error::Usage(format!(
+            "{} covers no pixel of {}x{} wholly; choose a greater --size, or an object that the camera sees",
+            args.shape, args.size.0, args.size.1
+        )));
+    }
+
+    let (strip, gains) = comparison.strip()?;
+    let mut outputs = Vec::new();
+    if let Some(folder) = &args.output {
+        std::fs::create_dir_all(folder).map_err(|source| Error::Write {
+            path: folder.clone(),
+            source,
+        })?;
+        let path = |name: &str| folder.join(name);
+        strip.write_png(&path("strip.png"), Tonemap::default())?;
+        args.plot(&comparison).write(&path("difference.svg"))?;
+        let csv = csv(&comparison);
+        write_whole(&path("difference.csv"), |file| {
+            file.write_all(csv.as_bytes())
+        })?;
+        let names = ["strip.png", "difference.svg", "difference.csv"];
+        outputs.extend(names.map(|name| path(name).display().to_string()));
+    }
+    let found = comparison
+        .views
+        .iter()
+        .zip(gains)
+        .map(|(view, gain)| Found {
+            name: view.name,
+            rms: view.rms,
+            relative_noise: view.noise / view.rms,
+            strip_gain: gain,
+        });
+    let report = CompareReport {
+        light: args.light.clone(),
+        bsdf: args.bsdf_name(),
+        shape: args.shape.clone(),
+        l_max: subject.light.degree,
+        width: settings.width,
+        height: settings.height,
+        pixels,
+        spp: settings.spp,
+        seed: settings.seed,
+        threads,
+        seconds: begin.elapsed().as_secs_f64(),
+        estimators: found.collect(),
+        by_degree: comparison.rows,
+        agreement: comparison.agreement,
+        outputs,
+    };
+    match args.json {
+        true => print_json(&report)?,
+        false => print(&report.text())?,
+    }
+    Ok(Outcome::Done)
+}
+
+impl CompareArgs {
+    /// Independent samples: their variance is what the film says it is. Direct light: what the double sum is about.
+    fn settings(&self, subject: &Subject, threads: usize) -> Settings {
+        let mut settings = Settings::of(&subject.object);
+        settings.set_size(self.size.0, self.size.1);
+        Settings {
+            spp: self.spp,
+            seed: self.seed,
+            path_length: 2,
+            sampler: SamplerKind::Pcg,
+            threads: Some(threads),
+            ..settings
+        }
+    }
+
+    fn bsdf_name(&self) -> String {
+        match self.bsdf {
+            Lobe::Cosine => "lambert".to_owned(),
+            lobe => lobe.to_string(),
+        }
+    }
+
+    fn plot(&self, comparison: &Comparison) -> Plot {
+        let line = |name: &str, colour, style, points| Line {
+            name: name.to_owned(),
+            colour,
+            style,
+            points,
+        };
+        let mut lines = Vec::new();
+        for (index, view) in comparison.views.iter().enumerate() {
+            let rows = comparison.rows.iter();
+            let points = rows.map(|row| (row.l as f64, row.relative_rms[index]));
+            lines.push(line(view.name, index, Style::Dotted, points.collect()));
+        }
+        if let Some((first, last)) = comparison.views.first().zip(comparison.rows.last()) {
+            let noise = first.noise / first.rms;
+            let points = vec![(0.0, noise), (last.l as f64, noise)];
+            lines.push(line("noise of the rays", 0, Style::Dashed, points));
+        }
+        let light = Path::new(&self.light)
+            .file_name()
+            .unwrap_or_default()
+            .display();
+        Plot {
+            title: format!("{light}, {}: the double sum and rays", self.bsdf_name()),
+            x: Axis {
+                label: "greatest degree L of the double sum".to_owned(),
+                scale: Scale::Linear,
+            },
+            y: Axis {
+                label: "relative difference (rms)".to_owned(),
+                scale: Scale::Logarithmic,
+            },
+            lines,
+        }
+    }
+}
+
+fn csv(comparison: &Comparison) -> String {
+    let mut text = String::from("l");
+    for view in &comparison.views {
+        let _ = write!(text, ",\"{}\"", view.name);
+    }
+    text.push('\n');
+    for Row { l, relative_rms } in &comparison.rows {
+        let _ = write!(text, "{l}");
+        for value in relative_rms {
+            let _ = write!(text, ",{value:e}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+impl CompareReport {
+    /// For people.
+    fn text(&self) -> String {
+        let mut text = format!(
+            "{} on {} ({}): relative difference (rms) of the double sum from\n   L",
+            self.light, self.shape, self.bsdf
+        );
+        let width = |found: &Found| found.name.len().max(10) + 2;
+        for found in &self.estimators {
+            let _ = write!(text, "{:>1$}", found.name, width(found));
+        }
+        text.push('\n');
+        let mut row = |name: &str, values: &mut dyn Iterator<Item = f64>| {
+            let _ = write!(text, "{name:>4}");
+            for (value, found) in values.zip(&self.estimators) {
+                let _ = write!(text, "{:>1$.6}", value, width(found));
+            }
+            text.push('\n');
+        };
+        for Row { l, relative_rms } in &self.by_degree {
+            row(&l.to_string(), &mut relative_rms.iter().copied());
+        }
+        row(
+            "ray",
+            &mut self.estimators.iter().map(|found| found.relative_noise),
+        );
+        let Agreement {
+            estimator,
+            regions,
+            mean_z,
+            variance_z,
+            greatest_z,
+            agrees,
+        } = &self.agreement;
+        let _ = writeln!(
+            text,
+            "(ray: the noise of the rays, {} samples per pixel, {} pixels)\n\
+             To l = {} and {estimator}: z-scores of {regions} regions have mean {mean_z:.2}, variance {variance_z:.2}, greatest \
+             {greatest_z:.1}: {}",
+            self.spp,
+            self.pixels,
+            self.l_max,
+            match agrees {
+                true => "they agree within noise",
+                false => "they differ by more than noise",
+            }
+        );
+        if !self.outputs.is_empty() {
+            let panels = self.estimators.iter().map(|found| {
+                format!(
+                    "{} | difference x {} (grey is 0)",
+                    found.name, found.strip_gain
+                )
+            });
+            let panels: Vec<String> = panels.collect();
+            let _ = writeln!(
+                text,
+                "Wrote {} in {}\nstrip.png: double sum | {}",
+                self.outputs.join(", "),
+                seconds(self.seconds),
+                panels.join(" | ")
+            );
+        }
+        text
+    }
+}
