@@ -35,6 +35,8 @@ pub const ALL: &[Builtin] = builtins![
     "materials",
     "many-lights",
     "sky",
+    "sh-grace",
+    "sh-uffizi",
     "furnace",
 ];
 

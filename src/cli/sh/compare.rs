@@ -1,6 +1,6 @@
 //! `ondine sh compare`: the double sum against rays.
 
-use super::super::args::{size, threads, whole};
+use super::super::args::{choice, size, threads, whole};
 use super::super::plot::{Axis, Line, Plot, Scale, Style};
 use super::super::progress::Progress;
 use super::super::report::seconds;
@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::film::tonemap::Tonemap;
 use crate::film::write_whole;
 use crate::render::{Control, Settings, all_processors, workers};
-use crate::scene::description::SamplerKind;
+use crate::scene::description::{SamplerKind, Strategy};
 use crate::scene::lat_long;
 use crate::sh::Lobe;
 use clap::Args;
@@ -56,6 +56,9 @@ pub(in crate::cli) struct CompareArgs {
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "160x160", allow_hyphen_values = true, value_parser = size)]
     pub size: (u32, u32),
+    /// How the path tracer looks for light
+    #[arg(long, default_value = "mis", value_parser = choice::<Strategy>(&["uniform", "cosine", "light", "mis"]))]
+    pub strategy: Strategy,
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>)]
     pub seed: u64,
@@ -97,6 +100,7 @@ struct CompareReport {
     /// Pixels that the object covers wholly: those that are compared.
     pixels: usize,
     spp: u32,
+    strategy: String,
     seed: u64,
     threads: usize,
     seconds: f64,
@@ -185,6 +189,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
         height: settings.height,
         pixels,
         spp: settings.spp,
+        strategy: settings.strategy.to_string(),
         seed: settings.seed,
         threads,
         seconds: begin.elapsed().as_secs_f64(),
@@ -209,6 +214,7 @@ impl CompareArgs {
             spp: self.spp,
             seed: self.seed,
             path_length: 2,
+            strategy: self.strategy,
             sampler: SamplerKind::Pcg,
             threads: Some(threads),
             ..settings
