@@ -193,26 +193,26 @@ fn an_environment_of_harmonics_that_cannot_be_used_is_refused_at_its_place() {
     let cases: &[(&str, &[&str])] = &[
         (
             "sh = \"grase\"",
-            &["58:6", "cannot read", "did you mean \"grace\"?"],
+            &["59:6", "cannot read", "did you mean \"grace\"?"],
         ),
         (
             "sh = \"few.json\"",
-            &["58:6", "few.json", "coefficients has 4 rows", "needs 9"],
+            &["59:6", "few.json", "coefficients has 4 rows", "needs 9"],
         ),
-        ("sh = \"other.json\"", &["58:6", "other.json", "convention"]),
+        ("sh = \"other.json\"", &["59:6", "other.json", "convention"]),
         (
             "sh = \"irradiance.json\"",
-            &["58:6", "an environment is radiance"],
+            &["59:6", "an environment is radiance"],
         ),
         (
             "sh = \"text.json\"",
-            &["58:6", "text.json:1:1", "no coefficients"],
+            &["59:6", "text.json:1:1", "no coefficients"],
         ),
         (
             "sh = \"\"",
-            &["58:6", "grace, eucalyptus, st-peters, uffizi"],
+            &["59:6", "grace, eucalyptus, st-peters, uffizi"],
         ),
-        ("sh = 3", &["58:6"]),
+        ("sh = 3", &["59:6"]),
         ("sh = \"grace\"\nconstant = [1, 1, 1]", &["has both"]),
         (
             "constant = [1, 1, 1]",
@@ -239,7 +239,7 @@ fn light_below_zero_is_told_unless_the_scene_says_that_it_knows() {
     assert_eq!(told(&said.replace("clamp = false", "clamp = true")), "");
     let warning = told(&said.replace("clamp = false", ""));
     for word in [
-        "warning: a.toml:58:6: ",
+        "warning: a.toml:59:6: ",
         "negative over 40.7 % of the sphere",
         "clamp = true cuts it off",
     ] {
@@ -259,7 +259,7 @@ fn the_comparison_writes_a_table_a_plot_and_a_strip_and_finds_that_the_two_agree
         .map(|row| row["relative_rms"][0].as_f64().unwrap())
         .collect();
     assert_eq!(apart.len(), 3);
-    assert!(apart[0] > 0.3 && apart[2] < 0.2 * apart[0], "{apart:?}");
+    assert!(apart[0] > 0.3 && apart[2] < 0.3 * apart[0], "{apart:?}");
     assert_eq!(
         names(&folder.path().join("out")),
         ["difference.csv", "difference.svg", "strip.png"]
@@ -299,7 +299,7 @@ fn a_comparison_that_cannot_be_made_is_refused() {
         ),
         ("--light grace --bsdf lambert --spp 0", &["spp", "is 0"]),
         (
-            "--light grace --bsdf lambert --size 1x1 --spp 1",
+            "--light grace --bsdf lambert --size 1x1 --spp 64",
             &["covers no pixel of 1x1", "--size"],
         ),
         (
