@@ -1,6 +1,7 @@
 //! `ondine sh`: spherical harmonics.
 
 mod basis;
+mod npy;
 
 use super::Outcome;
 use super::args::within;
