@@ -4,6 +4,7 @@
 //! and order `m` stands at `l² + l + m`, so those up to degree `l` are the first `(l + 1)²`.
 
 mod basis;
+pub mod lobe;
 mod low;
 
 pub use basis::Basis;

@@ -144,7 +144,7 @@ fn read(path: &Path) -> Result<Vec<[f32; 3]>> {
     }
     for (row, direction) in directions.iter_mut().enumerate() {
         let length = libm::sqrt(direction.iter().map(|&c| f64::from(c) * f64::from(c)).sum());
-        if !((length - 1.0).abs() <= UNIT) {
+        if !(1.0 - UNIT..=1.0 + UNIT).contains(&length) {
             return Err(Error::format(
                 path,
                 format!(

@@ -1,7 +1,10 @@
 //! `ondine sh`: spherical harmonics.
 
 mod basis;
+mod draws;
+mod lobe;
 mod npy;
+mod printed;
 
 use super::Outcome;
 use super::args::within;
@@ -14,11 +17,14 @@ use clap::Subcommand;
 pub(super) enum Command {
     /// Evaluate the basis in given directions, and measure how fast
     Basis(basis::BasisArgs),
+    /// The coefficients of Phong lobes, exact and estimated
+    Lobe(lobe::LobeArgs),
 }
 
 pub(super) fn run(command: &Command) -> Result<Outcome> {
     match command {
         Command::Basis(args) => basis::run(args),
+        Command::Lobe(args) => lobe::run(args),
     }
 }
 
