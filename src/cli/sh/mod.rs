@@ -3,8 +3,12 @@
 mod basis;
 mod compare;
 mod comparison;
+mod draws;
 mod light;
+mod lobe;
+mod npy;
 mod object;
+mod printed;
 mod probe;
 mod project;
 mod shade;
@@ -28,6 +32,8 @@ pub(super) enum Command {
     Project(project::ProjectArgs),
     /// Shade an object by the double sum over light and lobe
     Shade(shade::ShadeArgs),
+    /// The coefficients of Phong lobes, exact and estimated
+    Lobe(lobe::LobeArgs),
 }
 
 pub(super) fn run(command: &Command) -> Result<Outcome> {
@@ -37,6 +43,7 @@ pub(super) fn run(command: &Command) -> Result<Outcome> {
         Command::Probe(args) => probe::run(args),
         Command::Project(args) => project::run(args),
         Command::Shade(args) => shade::run(args),
+        Command::Lobe(args) => lobe::run(args),
     }
 }
 

@@ -105,11 +105,10 @@ fn probe(value: Value, files: &mut Files) -> Result<(String, Probe)> {
     if let Some(probe) = sh::published(named) {
         return Ok((named.to_owned(), probe));
     }
-    let known = names::list(PUBLISHED.into_iter());
+    let known = names::list(PUBLISHED);
     let wanted = format!("a file of coefficients, or one of {known}");
     let path = files.path(value, &wanted)?;
-    let wrong =
-        |message: String| value.error(message + &names::did_you_mean(named, PUBLISHED.into_iter()));
+    let wrong = |message: String| value.error(message + &names::did_you_mean(named, PUBLISHED));
     let probe = Probe::read(&path).map_err(|error| wrong(format!("sh {error}")))?;
     let file = path.display();
     if let Some(lobe) = probe.lobe {
