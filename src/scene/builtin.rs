@@ -36,7 +36,7 @@ pub const ALL: &[Builtin] = builtins![
     "many-lights",
     "sky",
     "sh-grace",
-    "sh-uffizi",
+    "sh-eucalyptus",
     "furnace",
 ];
 

@@ -7,7 +7,7 @@ use crate::sampling::warp::Pair;
 use crate::sh::Series;
 use std::f64::consts::{PI, TAU};
 
-/// Rows of the grid that directions are drawn by, for each degree: half a wave of the highest has four.
+/// Rows of the grid that directions are drawn by, for each degree: half a wave of the highest degree spans about four.
 const ROWS_PER_DEGREE: usize = 4;
 /// The fewest and the most rows.
 const ROWS: [usize; 2] = [32, 256];
@@ -136,7 +136,7 @@ impl Grid {
     fn new(degree: usize) -> Self {
         let [fewest, most] = ROWS;
         Self {
-            // Of even number, and columns of whole batches.
+            // A multiple of four: cells come in whole batches.
             rows: (ROWS_PER_DEGREE * (degree + 1)).clamp(fewest, most),
         }
     }

@@ -321,7 +321,7 @@ fn table(text: &mut String, Baked { position, probe }: &Baked) {
             };
             let _ = write!(text, "{l:>4} {m:>4}");
             for (value, error) in rgb.iter().zip(errors) {
-                let _ = write!(text, " {value:>11.6} ± {error:<9.6}");
+                let _ = write!(text, " {value:>12.6} ± {error:.6}");
             }
             text.push('\n');
         }
