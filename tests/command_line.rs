@@ -5,9 +5,9 @@
 mod small_disk;
 
 mod command_line {
-    mod harmonics;
     mod information;
     mod interruption;
+    mod light_probes;
     mod refusals;
     mod renders;
 }
