@@ -83,7 +83,7 @@ impl Basis {
 
     /// Their values at eight unit directions, in the order of [`index`]; `values` has [`coefficients`] of them.
     ///
-    /// A value is within 10⁻⁶ · (l + 1) of the true one; what the direction lacks to unit length adds l times its share.
+    /// A value is within 10⁻⁷ · (l + 1)² of the true one: that much comes, near the poles, of `z` being rounded to 32 bits.
     ///
     /// # Panics
     /// Where `values` is of another length.
