@@ -43,6 +43,20 @@ fn fits(settings: &Settings, available: u64) -> Result<()> {
     Ok(())
 }
 
+/// # Errors
+/// [`Error::Usage`] where so many 32-bit floats are more than the machine has to give.
+pub(super) fn check_values(count: usize) -> Result<()> {
+    let needed = (count as u64).saturating_mul(4);
+    match available() {
+        Some(available) if needed > available => Err(Error::Usage(format!(
+            "{count} values need about {} of memory and {} are free; give fewer directions or a smaller --bands",
+            gibibytes(needed),
+            gibibytes(available)
+        ))),
+        _ => Ok(()),
+    }
+}
+
 fn film(settings: &Settings) -> u64 {
     let pixel = PIXEL + AOV * settings.aovs.components() as u64;
     settings.region.pixels() as u64 * pixel

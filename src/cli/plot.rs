@@ -44,6 +44,16 @@ pub(super) struct Axis {
     pub scale: Scale,
 }
 
+impl Axis {
+    /// With a label.
+    pub fn new(label: &str, scale: Scale) -> Self {
+        Self {
+            label: label.to_owned(),
+            scale,
+        }
+    }
+}
+
 /// How numbers lie on an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scale {
@@ -283,14 +293,10 @@ mod tests {
     use super::*;
 
     fn plot(points: Vec<(f64, f64)>) -> String {
-        let axis = |label: &str, scale| Axis {
-            label: label.to_owned(),
-            scale,
-        };
         let plot = Plot {
             title: "Title <1>".to_owned(),
-            x: axis("across", Scale::Logarithmic),
-            y: axis("upwards", Scale::Linear),
+            x: Axis::new("across", Scale::Logarithmic),
+            y: Axis::new("upwards", Scale::Linear),
             lines: [Style::Dotted, Style::Dashed]
                 .map(|style| Line {
                     name: format!("{style:?}"),

@@ -1,19 +1,78 @@
 //! The basis, eight directions at a time.
 
-use super::{coefficients, index};
-use crate::lanes::{Vec3x8, f32x8};
+use super::low::{LOW, low, turned};
+use super::{MAX_DEGREE, coefficients, index};
+use crate::lanes::{Vec3x8, WIDTH, f32x8};
 
 /// The basis functions up to a degree.
+///
+/// Degrees to 4 are written out; from there a recursion in the degree goes on, order by order, with functions that are
+/// normalised at each step and divided by sin^m θ, so that neither a pole nor a high degree over- or underflows: the
+/// greatest value of degree 128 is 4·10²⁵ (Schmidt's and Holmes & Featherstone's quotients, 2002, "A unified approach to the
+/// Clenshaw summation and the recursive computation of very high degree and order normalised associated Legendre
+/// functions", eq. 11–13). A value's bits do not depend on the greatest degree.
 #[derive(Clone, Debug)]
 pub struct Basis {
     degree: usize,
+    /// By order: the function of that degree.
+    diagonal: Vec<f32>,
+    /// Order by order, the steps from a degree to the next, as the recursion takes them.
+    steps: Vec<Step>,
+}
+
+/// Rows that are made in the cache and then written in one go, line by line. Memory sets the pace of a large table, and takes
+/// lines in order faster than parts of eight rows at a time: by 1.1 at degree 16, 1.7 at degree 8.
+const STAGED: usize = 2 * WIDTH;
+
+/// Floats of a cache line.
+const LINE: usize = 16;
+
+/// `next = here · z · rise + below · fall`
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    rise: f32,
+    fall: f32,
 }
 
 impl Basis {
-    /// Those of degrees 0 to `degree`, at most [`MAX_DEGREE`](super::MAX_DEGREE).
+    /// Those of degrees 0 to `degree`.
+    ///
+    /// # Panics
+    /// Where `degree` is above [`MAX_DEGREE`].
     #[must_use]
     pub fn new(degree: usize) -> Self {
-        Self { degree }
+        assert!(
+            degree <= MAX_DEGREE,
+            "degree {degree} is above {MAX_DEGREE}"
+        );
+        let mut diagonal = vec![0.5 * std::f64::consts::FRAC_1_PI.sqrt()];
+        for m in 1..=degree {
+            let two_m = 2.0 * m as f64;
+            // Functions of order 0 have no sqrt(2).
+            let first = if m == 1 { 2.0 } else { 1.0 };
+            diagonal.push(diagonal[m - 1] * (first * (two_m + 1.0) / two_m).sqrt());
+        }
+        let rise = |l: usize, m: usize| {
+            let (l2, m2) = ((l * l) as f64, (m * m) as f64);
+            ((4.0 * l2 - 1.0) / (l2 - m2)).sqrt()
+        };
+        let steps = (0..=degree)
+            .flat_map(|m| (m.max(LOW) + 1..=degree).map(move |l| (l, m)))
+            .map(|(l, m)| Step {
+                rise: rise(l, m) as f32,
+                // There is nothing below the first degree of an order.
+                fall: if l == m + 1 {
+                    0.0
+                } else {
+                    (-rise(l, m) / rise(l - 1, m)) as f32
+                },
+            })
+            .collect();
+        Self {
+            degree,
+            diagonal: diagonal.into_iter().map(|value| value as f32).collect(),
+            steps,
+        }
     }
 
     /// The greatest degree.
@@ -24,37 +83,117 @@ impl Basis {
 
     /// Their values at eight unit directions, in the order of [`index`]; `values` has [`coefficients`] of them.
     ///
+    /// A value is within 10⁻⁷ · (l + 1)² of the true one: that much comes, near the poles, of `z` being rounded to 32 bits.
+    ///
     /// # Panics
     /// Where `values` is of another length.
+    #[inline]
     pub fn evaluate(&self, direction: &Vec3x8, values: &mut [f32x8]) {
         assert_eq!(values.len(), coefficients(self.degree));
+        // The same code: where the degree is a constant, all loops are unrolled, which is 1.2 times faster.
+        match self.degree {
+            0 => self.write(0, direction, values),
+            1 => self.write(1, direction, values),
+            2 => self.write(2, direction, values),
+            3 => self.write(3, direction, values),
+            4 => self.write(4, direction, values),
+            5 => self.write(5, direction, values),
+            6 => self.write(6, direction, values),
+            7 => self.write(7, direction, values),
+            8 => self.write(8, direction, values),
+            degree => self.write(degree, direction, values),
+        }
+    }
+
+    #[inline(always)]
+    fn write(&self, degree: usize, direction: &Vec3x8, values: &mut [f32x8]) {
+        let low = low(direction);
+        let values = &mut values[..coefficients(degree)];
+        let written = coefficients(degree.min(LOW));
+        values[..written].copy_from_slice(&low.values[..written]);
+        if degree <= LOW {
+            return;
+        }
         let Vec3x8 { x, y, z } = *direction;
-        // Associated Legendre functions over sin^m θ, and cos mφ · sin^m θ, sin mφ · sin^m θ.
-        let (mut cos, mut sin) = (f32x8::ONE, f32x8::ZERO);
-        let mut diagonal = (0.25 / std::f64::consts::PI).sqrt();
-        for m in 0..=self.degree {
-            let (mut below, mut here) = (f32x8::ZERO, f32x8::splat(diagonal as f32));
-            let mut before = 0.0;
-            for l in m..=self.degree {
-                if m == 0 {
-                    values[index(l, 0)] = here;
-                } else {
-                    values[index(l, m as isize)] = here * cos;
-                    values[index(l, -(m as isize))] = here * sin;
+        let mut turn = low.turns[LOW];
+        let mut steps = self.steps.iter();
+        for m in 0..=degree {
+            let mut put = |l: usize, legendre: f32x8, (cos, sin): (f32x8, f32x8)| {
+                // In this order: of order 0 the cosine stays.
+                values[index(l, 0) - m] = legendre * sin;
+                values[index(l, 0) + m] = legendre * cos;
+            };
+            let [mut below, mut here] = match low.last.get(m) {
+                Some(&last) => {
+                    turn = low.turns[m];
+                    last
                 }
-                let (lf, mf) = ((l + 1) as f64, m as f64);
-                let a = ((4.0 * lf * lf - 1.0) / (lf * lf - mf * mf)).sqrt();
-                let next =
-                    z * here * f32x8::splat(a as f32) - below * f32x8::splat((a * before) as f32);
-                before = 1.0 / a;
+                None => {
+                    turn = turned(turn, x, y);
+                    let first = f32x8::splat(self.diagonal[m]);
+                    put(m, first, turn);
+                    [f32x8::ZERO, first]
+                }
+            };
+            for (l, step) in (m.max(LOW) + 1..=degree).zip(&mut steps) {
+                let next = (z * step.rise).mul_add(here, below * step.fall);
+                put(l, next, turn);
                 (below, here) = (here, next);
             }
-            let step = 2.0 * m as f64 + 3.0;
-            diagonal *= (step / (step - 1.0)).sqrt();
-            if m == 0 {
-                diagonal *= std::f64::consts::SQRT_2;
+        }
+    }
+
+    /// Their values at each of these unit directions: a row of [`coefficients`] for each.
+    ///
+    /// # Panics
+    /// Where `rows` is of another length.
+    pub fn tabulate(&self, directions: &[[f32; 3]], rows: &mut [f32]) {
+        let row = coefficients(self.degree);
+        assert_eq!(rows.len(), directions.len() * row);
+        let mut values = vec![f32x8::ZERO; row];
+        let mut stage = vec![0.0; STAGED * row];
+        let groups = directions.chunks(STAGED);
+        for (group, rows) in groups.zip(rows.chunks_mut(STAGED * row)) {
+            let batches = group.chunks(WIDTH);
+            for (batch, stage) in batches.zip(stage.chunks_mut(WIDTH * row)) {
+                // The last batch may have fewer: its first direction stands in.
+                let component = |axis: usize| {
+                    f32x8::new(std::array::from_fn(|lane| {
+                        batch.get(lane).unwrap_or(&batch[0])[axis]
+                    }))
+                };
+                let direction = Vec3x8::new(component(0), component(1), component(2));
+                self.evaluate(&direction, &mut values);
+                scatter(&values, stage);
             }
-            (cos, sin) = (x * cos - y * sin, x * sin + y * cos);
+            let (to, rest) = rows.as_chunks_mut::<LINE>();
+            let (from, last) = stage[..group.len() * row].as_chunks::<LINE>();
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = *from;
+            }
+            rest.copy_from_slice(last);
+        }
+    }
+}
+
+/// Writes the lanes as rows.
+#[inline(always)]
+fn scatter(values: &[f32x8], rows: &mut [f32]) {
+    let row = values.len();
+    if row < WIDTH {
+        for (lane, row) in rows.chunks_exact_mut(row).enumerate() {
+            for (to, value) in row.iter_mut().zip(values) {
+                *to = value.as_array()[lane];
+            }
+        }
+        return;
+    }
+    // Squares of eight by eight; where eight do not divide the row, the last square overlaps the one before.
+    for start in (0..row).step_by(WIDTH) {
+        let start = start.min(row - WIDTH);
+        let square = std::array::from_fn(|k| values[start + k]);
+        for (row, eight) in rows.chunks_exact_mut(row).zip(f32x8::transpose(square)) {
+            row[start..start + WIDTH].copy_from_slice(eight.as_array());
         }
     }
 }

@@ -28,7 +28,7 @@ impl Lobe {
             Self::Cosine => (1.0, 1.0),
             Self::Phong(exponent) => (exponent, 1.0 / PI),
         };
-        let zonal = super::lobe(exponent, degree);
+        let zonal = super::lobe::phong(exponent, degree);
         let each = zonal.iter().enumerate();
         each.map(|(l, f)| scale * (4.0 * PI / (2.0 * l as f64 + 1.0)).sqrt() * f)
             .collect()

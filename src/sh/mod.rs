@@ -5,7 +5,8 @@
 
 mod basis;
 mod convolve;
-mod lobe;
+pub mod lobe;
+mod low;
 mod probe;
 mod project;
 mod published;
@@ -18,7 +19,6 @@ mod table;
 
 pub use basis::Basis;
 pub use convolve::Lobe;
-pub use lobe::lobe;
 pub use probe::{CONVENTION, Document, Probe};
 pub use project::project;
 pub use published::{NAMES as PUBLISHED, published};

@@ -1,11 +1,14 @@
-//! Spherical harmonics: each topic against a textbook in double precision.
+//! Spherical harmonics against the textbook.
 
 #[path = "../common/mod.rs"]
 mod common;
 
+mod basis;
 mod draws;
+mod lobe;
 mod oracle;
 mod probe;
 mod project;
+mod quadrature;
 mod rotate;
 mod shade;

@@ -2,20 +2,43 @@
 
 use super::super::Outcome;
 use super::super::args::{repeats, threads};
-use super::bands;
-use crate::error::Result;
+use super::super::memory;
+use super::super::progress::metric;
+use super::{bands, npy};
+use crate::error::{Error, Result};
+use crate::film::write_whole;
+use crate::render::{all_processors, workers};
+use crate::sh::{Basis, coefficients};
 use clap::Args;
-use std::path::PathBuf;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+const EXAMPLES: &str = "\
+Examples:
+  ondine sh basis directions.npy --bands 8 -o values.npy
+  ondine sh basis directions.npy --bands 16 --threads 1 --json | jq .points_per_s
+
+Value l*l + l + m of a row is that of degree l and order m: real, orthonormal, without the Condon-Shortley sign, so that
+values 1, 2 and 3 go with y, z and x. Time is that of evaluation alone. Threads do not change a bit of the values.";
+
+/// Directions that a worker takes at a time.
+const CHUNK: usize = 1024;
+
+/// How far from unit length a direction may be: what rounding of its components to 16 bits leaves.
+const UNIT: f64 = 1e-3;
 
 /// Evaluate the basis in given directions, and measure how fast
 #[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
 pub(in crate::cli) struct BasisArgs {
-    /// The directions: a NumPy file of shape [n, 3]
+    /// The directions: a NumPy file of shape [n, 3], 32- or 64-bit floats, of unit length
     pub directions: PathBuf,
-    /// Greatest degree L: (L + 1)² values a direction
+    /// Greatest degree L: (L + 1)^2 values a direction
     #[arg(long, value_name = "L", allow_negative_numbers = true, value_parser = bands)]
     pub bands: usize,
-    /// Write the values: a NumPy file of shape [n, (L + 1)²], 32-bit floats
+    /// Write the values: a NumPy file of shape [n, (L + 1)^2], 32-bit floats
     #[arg(short, long, value_name = "VALUES.npy")]
     pub output: Option<PathBuf>,
     /// Worker threads [default: one for each processor]
@@ -29,6 +52,107 @@ pub(in crate::cli) struct BasisArgs {
     pub json: bool,
 }
 
-pub(super) fn run(_args: &BasisArgs) -> Result<Outcome> {
+/// What it took.
+#[derive(Debug, Serialize)]
+struct BasisReport {
+    directions: String,
+    points: usize,
+    l_max: usize,
+    coefficients: usize,
+    threads: usize,
+    repeat: usize,
+    points_per_s: f64,
+    points_per_s_best: f64,
+    points_per_s_worst: f64,
+    output: Option<String>,
+}
+
+pub(super) fn run(args: &BasisArgs) -> Result<Outcome> {
+    let directions = read(&args.directions)?;
+    let row = coefficients(args.bands);
+    let values = directions.len().saturating_mul(row);
+    memory::check_values(values)?;
+    let mut values = vec![0.0_f32; values];
+
+    let threads = args.threads.unwrap_or_else(all_processors);
+    let pool = workers(threads)?;
+    let basis = Basis::new(args.bands);
+    let mut times = Vec::with_capacity(args.repeat);
+    for _ in 0..=args.repeat {
+        let begin = Instant::now();
+        pool.install(|| {
+            values
+                .par_chunks_mut(CHUNK * row)
+                .zip(directions.par_chunks(CHUNK))
+                .for_each(|(rows, directions)| basis.tabulate(directions, rows));
+        });
+        times.push(begin.elapsed().as_secs_f64());
+    }
+    // The first was to warm up.
+    times.remove(0);
+    times.sort_by(f64::total_cmp);
+
+    if let Some(path) = &args.output {
+        write_whole(path, |file| npy::write_table(file, row, &values))?;
+    }
+    let rate = |seconds: f64| directions.len() as f64 / seconds;
+    let report = BasisReport {
+        directions: args.directions.display().to_string(),
+        points: directions.len(),
+        l_max: args.bands,
+        coefficients: row,
+        threads,
+        repeat: args.repeat,
+        points_per_s: rate(times[times.len() / 2]),
+        points_per_s_best: rate(times[0]),
+        points_per_s_worst: rate(times[times.len() - 1]),
+        output: args.output.as_ref().map(|path| path.display().to_string()),
+    };
+    match args.json {
+        true => super::super::print_json(&report)?,
+        false => super::super::print(&report.text())?,
+    }
     Ok(Outcome::Done)
+}
+
+impl BasisReport {
+    /// For people.
+    fn text(&self) -> String {
+        let mut text = format!(
+            "{} directions, {} values each (l_max {}): {}points/s with {} threads (median of {}; {} to {})\n",
+            self.points,
+            self.coefficients,
+            self.l_max,
+            metric(self.points_per_s),
+            self.threads,
+            self.repeat,
+            metric(self.points_per_s_worst).trim_end(),
+            metric(self.points_per_s_best).trim_end(),
+        );
+        if let Some(output) = &self.output {
+            text += &format!("written to {output}\n");
+        }
+        text
+    }
+}
+
+/// The directions of a file; those that are nearly of unit length are made so.
+fn read(path: &Path) -> Result<Vec<[f32; 3]>> {
+    let mut directions = npy::read_rows_of_three(path)?;
+    if directions.is_empty() {
+        return Err(Error::format(path, "holds no directions"));
+    }
+    for (row, direction) in directions.iter_mut().enumerate() {
+        let length = libm::sqrt(direction.iter().map(|&c| f64::from(c) * f64::from(c)).sum());
+        if !(1.0 - UNIT..=1.0 + UNIT).contains(&length) {
+            return Err(Error::format(
+                path,
+                format!(
+                    "row {row} (counted from 0) is {direction:?}, of length {length:.6}; give directions of length 1"
+                ),
+            ));
+        }
+        *direction = direction.map(|c| (f64::from(c) / length) as f32);
+    }
+    Ok(directions)
 }

@@ -1,8 +1,12 @@
 //! `ondine sh`: spherical harmonics.
 
 mod basis;
+mod draws;
 mod light;
+mod lobe;
+mod npy;
 mod object;
+mod printed;
 mod project;
 mod shade;
 
@@ -21,6 +25,8 @@ pub(super) enum Command {
     Project(project::ProjectArgs),
     /// Shade an object by the double sum over light and lobe
     Shade(shade::ShadeArgs),
+    /// The coefficients of Phong lobes, exact and estimated
+    Lobe(lobe::LobeArgs),
 }
 
 pub(super) fn run(command: &Command) -> Result<Outcome> {
@@ -28,6 +34,7 @@ pub(super) fn run(command: &Command) -> Result<Outcome> {
         Command::Basis(args) => basis::run(args),
         Command::Project(args) => project::run(args),
         Command::Shade(args) => shade::run(args),
+        Command::Lobe(args) => lobe::run(args),
     }
 }
 
