@@ -5,6 +5,7 @@
 mod small_disk;
 
 mod command_line {
+    mod environments;
     mod information;
     mod interruption;
     mod refusals;
