@@ -5,6 +5,7 @@
 mod small_disk;
 
 mod command_line {
+    mod harmonics;
     mod information;
     mod interruption;
     mod refusals;

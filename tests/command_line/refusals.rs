@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 /// Runs, and asserts a refusal in one line with these words, that leaves nothing new.
 #[track_caller]
-fn refuses(folder: &tempfile::TempDir, line: &str, words: &[&str]) {
+pub(super) fn refuses(folder: &tempfile::TempDir, line: &str, words: &[&str]) {
     let before = names(folder.path());
     let run = ondine(folder, line);
     assert_eq!(run.code, 2, "{line}: {}{}", run.stdout, run.stderr);
