@@ -8,7 +8,7 @@ use crate::lanes::{Vec3x8, WIDTH, f32x8};
 ///
 /// Degrees to 4 are written out; from there a recursion in the degree goes on, order by order, with functions that are
 /// normalised at each step and divided by sin^m θ, so that neither a pole nor a high degree over- or underflows: the
-/// greatest value of degree 128 is 4·10²⁵ (Schmidt's and Holmes & Featherstone's quotients, 2002, "A unified approach to the
+/// greatest of degree 128 is 2·10²⁶ (Schmidt's and Holmes & Featherstone's quotients, 2002, "A unified approach to the
 /// Clenshaw summation and the recursive computation of very high degree and order normalised associated Legendre
 /// functions", eq. 11–13). A value's bits do not depend on the greatest degree.
 #[derive(Clone, Debug)]
