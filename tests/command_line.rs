@@ -6,6 +6,7 @@ mod small_disk;
 
 mod command_line {
     mod environments;
+    mod harmonics;
     mod information;
     mod interruption;
     mod refusals;
