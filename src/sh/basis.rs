@@ -6,11 +6,11 @@ use crate::lanes::{Vec3x8, WIDTH, f32x8};
 
 /// The basis functions up to a degree.
 ///
-/// Degrees to 4 are written out; from there a recursion in the degree goes on, order by order, with functions that are
-/// normalised at each step and divided by sin^m θ, so that neither a pole nor a high degree over- or underflows: the
-/// greatest value of degree 128 is 4·10²⁵ (Schmidt's and Holmes & Featherstone's quotients, 2002, "A unified approach to the
-/// Clenshaw summation and the recursive computation of very high degree and order normalised associated Legendre
-/// functions", eq. 11–13). A value's bits do not depend on the greatest degree.
+/// Degrees to 4 are written out. From there a recursion in the degree goes on, order by order: the modified forward column
+/// method of Holmes & Featherstone 2002, "A unified approach to the Clenshaw summation and the recursive computation of very
+/// high degree and order normalised associated Legendre functions". Its functions are normalised at each step and divided by
+/// sin^m θ, so that no pole is special and nothing overflows: the greatest of degree 128 is 2·10²⁶. A value's bits do not
+/// depend on the greatest degree.
 #[derive(Clone, Debug)]
 pub struct Basis {
     degree: usize,
@@ -83,7 +83,7 @@ impl Basis {
 
     /// Their values at eight unit directions, in the order of [`index`]; `values` has [`coefficients`] of them.
     ///
-    /// A value is within 10⁻⁶ · (l + 1) of the true one; what the direction lacks to unit length adds l times its share.
+    /// A value is within 10⁻⁷ · (l + 1)² of the true one: that much comes, near the poles, of `z` being rounded to 32 bits.
     ///
     /// # Panics
     /// Where `values` is of another length.

@@ -219,9 +219,9 @@ impl Plan {
             let mut power = sin * f64x8::splat(0.5 * step * weight);
             let mut integrals = integrals.iter_mut();
             for (m, (first, steps)) in self.legendre.iter().enumerate() {
-                power = power * f64x8::splat(*first);
+                power *= f64x8::splat(*first);
                 if m > 0 {
-                    power = power * sin;
+                    power *= sin;
                 }
                 let (mut below, mut here) = (f64x8::ZERO, power);
                 for (&[a, b], integral) in steps.iter().zip(&mut integrals) {

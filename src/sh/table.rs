@@ -85,7 +85,10 @@ pub(super) fn read(file: &str, text: &str) -> Result<Document> {
         )
     };
     let header = rows.headers().map_err(broken)?.clone();
-    let line = header.position().map_or(1, csv::Position::line);
+    let line = 1 + text
+        .lines()
+        .take_while(|line| line.is_empty() || line.starts_with('#'))
+        .count() as u64;
     let header: Vec<&str> = header.iter().collect();
     let has_errors = match header.strip_prefix(HEADER.as_slice()) {
         Some([]) => false,

@@ -4,7 +4,7 @@ use super::super::Outcome;
 use super::super::args::{choice, exposure, threads};
 use super::super::outputs;
 use super::light;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::film::tonemap::{Operator, Tonemap};
 use crate::film::{Raster, write_whole};
 use crate::render::{all_processors, workers};
@@ -23,9 +23,9 @@ Examples:
   ondine sh project sky.exr --bands 8 --lobe cosine -o irradiance.csv
   ondine sh project sky.exr --bands 16 --reconstruct smooth.exr --window lanczos
 
-Pixels are constant over their solid angles, and integrals over them exact. The basis is real and orthonormal, without
-the Condon-Shortley sign, in the axes of the world; row 0 of the image is at +y, its left edge at -z, its middle at +z.
-Without -o and --reconstruct the file goes to stdout.";
+Pixels are constant over their solid angles, and integrals over them are exact. The basis is real and orthonormal, \
+without the Condon-Shortley sign, in the axes of the world; row 0 of the image is at +y, its left edge at -z, its \
+middle at +z. Without -o and --reconstruct the file goes to stdout.";
 
 /// Project a lat-long image onto spherical harmonics
 #[derive(Args, Debug)]

@@ -22,9 +22,9 @@ Examples:
   ondine sh shade --light sky.exr --bands 16 --bsdf phong:50 --shape teapot.ply -o teapot.exr
   ondine sh shade --light probe.json --bsdf lambert --rotate 0,90,0
 
-A Lambertian surface sends out albedo/pi times its irradiance, a Phong lobe (of integral 1, about the mirror direction)
-albedo times the mean of the light under it. Nothing casts a shadow. Negative values of a series cut off are kept in the
-EXR and counted.";
+A Lambertian surface sends out albedo/pi times its irradiance, a Phong lobe (of integral 1, about the mirror \
+direction) albedo times the mean of the light under it. Nothing casts a shadow. Negative values, which a series cut \
+off may have, are kept in the EXR and counted.";
 
 /// The most pixels of a picture.
 const MOST_PIXELS: u64 = 1 << 26;
