@@ -212,6 +212,14 @@ const GOLDEN: &[(&str, &str)] = &[
         "4deb5307a04c673c1843a9991a7e22962009174dd6a089c085a30c38baea70cf",
     ),
     (
+        "sh-grace",
+        "26b805d8ac250caa26963dfde8582e23aa5c2ffb125bd78573e21d15b14bcea4",
+    ),
+    (
+        "sh-eucalyptus",
+        "3cedfd6f77692ae265f210347ea80500e37404876921e5e445992ec414ab30f3",
+    ),
+    (
         "furnace",
         "61bbee264da4078c87414db635397e324d61030f889c812eadcf1a2f27c7a414",
     ),

@@ -125,11 +125,16 @@ fn a_light_may_scatter_and_be_two_sided() {
 }
 
 #[test]
-fn what_a_later_version_reads_is_refused_with_what_to_use_now() {
+fn harmonics_are_a_published_light_or_a_file_beside_the_scene() {
     refuses_appended(
         "[environment]\nsh = \"probe.json\"\n",
-        "16:1",
-        &["sh is not supported by this version", "lat-long"],
+        "16:6",
+        &["sh is relative to the scene file", "absolute path"],
+    );
+    refuses_appended(
+        "[environment]\nconstant = [1, 1, 1]\nclamp = true\n",
+        "17:1",
+        &["clamp cuts off what is below 0 in sh", "remove it"],
     );
 }
 
