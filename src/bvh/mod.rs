@@ -2,11 +2,14 @@
 
 mod bins;
 mod build;
+mod bundle;
+mod cells;
 mod item;
 mod node;
 mod packet;
 mod prefetch;
 mod ray;
+mod ready;
 mod slot;
 mod split;
 mod stream;
@@ -16,11 +19,11 @@ mod validate;
 use crate::lanes::{Batch, Queue, WIDTH, u32x8};
 use crate::record;
 use build::Plan;
+use bundle::{Bundle, Extent};
 use glam::{Affine3A, Vec3};
 use item::Item;
 use node::{Block, Bounds, Link, Node};
-use packet::{Met, Packet};
-use ray::RaysX8;
+use packet::Met;
 pub use ray::{Ray, RayX8, Rays, ShadowRays};
 use rayon::prelude::*;
 pub use stream::Stacks;
@@ -119,6 +122,9 @@ const FEW: usize = 8;
 /// How far apart the slopes of a packet's rays may be.
 const SPREAD: f32 = 0.125;
 
+/// How far apart, relative to the tree's reach, the origins of rays may be that are sorted by direction.
+const APART: f32 = 0.125;
+
 /// A tree this large, in bytes, is not in a core's cache whenever it is needed.
 const LARGE: usize = 1 << 19;
 
@@ -176,7 +182,7 @@ impl Bvh {
     /// afar: such a triangle may seem to be met by a ray that passes at a distance, and a tree's boxes keep it away.
     fn has_large_triangles(&self) -> bool {
         let Some(root) = &self.root else { return false };
-        let least = LEAST_EDGE * (1.0 + slot::FAR) * root.reach;
+        let least = LEAST_EDGE * (1.0 + ready::FAR) * root.reach;
         let edges = |corners: [Vec3; 3]| {
             let [a, b, c] = corners;
             [a.distance(b), b.distance(c), c.distance(a)]
@@ -250,7 +256,13 @@ impl Bvh {
         self.trace::<false>(
             rays.len(),
             stacks,
-            |index| RaysX8::new(rays.batch(index), hits.borrow()[index].distance, None),
+            |index| {
+                RayX8::of(
+                    rays.batch(index),
+                    hits.borrow()[index].distance,
+                    u32x8::splat(NO_TRIANGLE),
+                )
+            },
             |index, met| {
                 let hit = &mut hits.borrow_mut()[index];
                 hit.distance = met.found.select(met.distance, hit.distance);
@@ -278,7 +290,7 @@ impl Bvh {
             stacks,
             |index| {
                 let batch = rays.batch(index);
-                RaysX8::new(batch, batch.farthest(), Some(batch.ignored()))
+                RayX8::of(batch, batch.farthest(), batch.ignored())
             },
             |index, met| occluded.borrow_mut()[index] |= met.found.to_bitmask() as u8,
             |number, hit| {
@@ -294,14 +306,23 @@ impl Bvh {
         &self,
         count: usize,
         stacks: &mut Stacks,
-        rays: impl Fn(usize) -> RaysX8,
+        rays: impl Fn(usize) -> RayX8,
         mut packet_done: impl FnMut(usize, &Met),
-        ray_done: impl FnMut(usize, Option<Hit>),
+        mut ray_done: impl FnMut(usize, Option<Hit>),
     ) {
         let Some(root) = &self.root else { return };
-        stacks.loose.clear();
-        let few = self.is_few;
-        let spread = if few { f32::INFINITY } else { SPREAD };
+        let Stacks {
+            slots,
+            packet: stack,
+            cells,
+            loose,
+        } = stacks;
+        loose.clear();
+        let spread = if self.is_few { f32::INFINITY } else { SPREAD };
+        let bundle = |extent: &Extent, shear: &ShearX8| {
+            let together = extent.keeps_together(root.reach, spread);
+            together.then(|| Bundle::new(extent, shear)).flatten()
+        };
         let mut index = 0;
         // An upper tree would need packets that turn to other spaces.
         let whole = if self.places.is_empty() {
@@ -310,37 +331,44 @@ impl Bvh {
             0
         };
         while index < whole {
-            // The first batch of two speaks for the second: where it does not keep together by itself, two do not.
             let batch = rays(index);
             let shear = ShearX8::new(&batch.origin, &batch.direction);
-            let alone = Packet::new(&[batch], &[shear], root.reach, spread);
-            let stack = &mut stacks.packet;
-            if let Some(packet) = alone {
-                if index + 1 < whole {
-                    let next = rays(index + 1);
-                    let shears = [shear, ShearX8::new(&next.origin, &next.direction)];
+            let extent = Extent::of(&batch, &shear);
+            let axis = shear.common_axis();
+            // The first batch of two speaks for the second: where it does not keep together by itself, two do not.
+            if axis.is_some() && extent.keeps_together(root.reach, spread) && index + 1 < whole {
+                let next = rays(index + 1);
+                let shears = [shear, ShearX8::new(&next.origin, &next.direction)];
+                if shears[1].common_axis() == axis
+                    && let two = extent.union(&Extent::of(&next, &shears[1]))
+                    && let Some(bundle) = bundle(&two, &shear)
+                {
                     let two = [batch, next];
-                    if let Some(packet) = Packet::new(&two, &shears, root.reach, spread) {
-                        let met = self.trace_packet::<ANY, 2>(&packet, &two, &shears, root, stack);
-                        packet_done(index, &met[0]);
-                        packet_done(index + 1, &met[1]);
-                        index += 2;
-                        continue;
-                    }
+                    let met = self.trace_packet::<ANY, 2>(&bundle, &two, &shears, root, stack);
+                    packet_done(index, &met[0]);
+                    packet_done(index + 1, &met[1]);
+                    index += 2;
+                    continue;
                 }
-                let [met] = self.trace_packet::<ANY, 1>(&packet, &[batch], &[shear], root, stack);
+            }
+            if axis.is_some()
+                && let Some(bundle) = bundle(&extent, &shear)
+            {
+                let [met] = self.trace_packet::<ANY, 1>(&bundle, &[batch], &[shear], root, stack);
                 packet_done(index, &met);
-            } else if few && batch.begins_near(root.reach) {
-                packet_done(index, &self.trace_few::<ANY>(&batch, &shear));
+            } else if !self.is_few || !batch.begins_near(root.reach) {
+                loose.push(index as u32);
+            } else if extent.begins_together(APART * root.reach) {
+                cells.add(&batch, &shear, index * WIDTH, |cell| {
+                    cell.trace::<ANY>(self, root, stack, &mut ray_done);
+                });
             } else {
-                stacks.loose.push(index as u32);
+                packet_done(index, &self.trace_few::<ANY>(&batch, &shear));
             }
             index += 1;
         }
-        stacks
-            .loose
-            .extend(index as u32..count.div_ceil(WIDTH) as u32);
-        let (loose, slots) = (&stacks.loose, &mut stacks.slots);
+        cells.flush(|cell| cell.trace::<ANY>(self, root, stack, &mut ray_done));
+        loose.extend(index as u32..count.div_ceil(WIDTH) as u32);
         self.stream::<ANY>(root, count, loose, slots, rays, ray_done);
     }
 }

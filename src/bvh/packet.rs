@@ -1,15 +1,11 @@
-//! Rays that keep together: eight at once, as one bundle against eight boxes, then each against one triangle after another.
-//!
-//! Intervals hold the bundle's origins and slopes (Boulos, Wald & Shirley 2006, "Geometric and Arithmetic Culling Methods
-//! for Entire Ray Packets"), so that a node is met once for all eight. What it saves in the tree it loses to triangles that
-//! no ray meets, the more the wider the bundle is: rays that do not keep together are not taken.
+//! Rays that keep together: as one bundle against eight boxes, then each against one triangle after another.
 
 use super::build::MARGIN;
+use super::bundle::Bundle;
 use super::node::{Block, Link, compress, unpack};
-use super::ray::RaysX8;
-use super::slot::{FAR, FARTHEST, WIDEN};
-use super::triangle::{AXES, ShearX8, meet_triangle, meet_triangle_mixed};
-use super::{Bvh, Root};
+use super::slot::FARTHEST;
+use super::triangle::{ShearX8, meet_triangle, meet_triangle_mixed};
+use super::{Bvh, Hit, RayX8, Root};
 use crate::lanes::{WIDTH, f32x8, reduce, u32x8};
 
 /// Entries of a bundle's stack.
@@ -31,41 +27,6 @@ impl Default for PacketStack {
     }
 }
 
-/// The least component of directions that all run the same way along an axis.
-const STEEP: f32 = 1e-6;
-
-/// An axis along which all rays of a bundle run the same way: their planes' distances are `plane · slope + offset`, for the
-/// least slope and the greatest.
-#[derive(Clone, Copy, Default)]
-struct Slab {
-    /// Places of the near and the far plane in a node.
-    near: usize,
-    far: usize,
-    slopes: [f32; 2],
-    near_offsets: [f32; 2],
-    far_offsets: [f32; 2],
-}
-
-/// An axis along which some rays run one way, and some the other: where they are at most by a distance.
-#[derive(Clone, Copy, Default)]
-struct Fan {
-    axis: usize,
-    low: f32,
-    low_speed: f32,
-    high: f32,
-    high_speed: f32,
-}
-
-/// Rays that keep together, one batch or several, as a bundle.
-pub(super) struct Packet {
-    slabs: [Slab; 3],
-    slab_count: usize,
-    fans: [Fan; 3],
-    fan_count: usize,
-    axes: [usize; 3],
-    octant: usize,
-}
-
 /// What the rays of a packet have met.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met {
@@ -73,120 +34,6 @@ pub(super) struct Met {
     pub triangle: u32x8,
     /// Lanes that met anything.
     pub found: f32x8,
-}
-
-/// The least and the greatest of each.
-#[inline(always)]
-fn extremes(values: [f32x8; WIDTH]) -> ([f32; WIDTH], [f32; WIDTH]) {
-    let [a, b, c, d, e, f, g, h] = f32x8::transpose(values);
-    let of = |best: fn(f32x8, f32x8) -> f32x8| {
-        let (ab, cd, ef, gh) = (best(a, b), best(c, d), best(e, f), best(g, h));
-        best(best(ab, cd), best(ef, gh)).to_array()
-    };
-    (of(f32x8::fast_min), of(f32x8::fast_max))
-}
-
-impl Packet {
-    /// The rays as a bundle, if they keep together: their slopes are at most `spread` apart. `reach` is the tree's.
-    #[inline(always)]
-    pub fn new<const N: usize>(
-        rays: &[RaysX8; N],
-        shears: &[ShearX8; N],
-        reach: f32,
-        spread: f32,
-    ) -> Option<Self> {
-        let axis = shears[0].common_axis()?;
-        if shears[1..]
-            .iter()
-            .any(|shear| shear.common_axis() != Some(axis))
-        {
-            return None;
-        }
-        let (mut low, mut high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
-        for (rays, shear) in rays.iter().zip(shears) {
-            let (o, d) = (&rays.origin, &rays.direction);
-            let [across, along] = [shear.slopes[0], shear.slopes[1]];
-            let (least, greatest) = extremes([o.x, o.y, o.z, d.x, d.y, d.z, across, along]);
-            for value in 0..WIDTH {
-                low[value] = low[value].min(least[value]);
-                high[value] = high[value].max(greatest[value]);
-            }
-        }
-        let far = FAR * reach;
-        let near = |axis: usize| low[axis] >= -far && high[axis] <= far;
-        let close = |slope: usize| high[slope] - low[slope] <= spread;
-        if !(near(0) && near(1) && near(2) && close(6) && close(7)) {
-            return None;
-        }
-        let mut packet = Self {
-            slabs: [Slab::default(); 3],
-            slab_count: 0,
-            fans: [Fan::default(); 3],
-            fan_count: 0,
-            axes: AXES[axis],
-            octant: shears[0].octant.as_array()[0] as usize,
-        };
-        for axis in 0..3 {
-            let speeds = [low[axis + 3], high[axis + 3]];
-            let (low, high) = (low[axis], high[axis]);
-            // Slopes that f32 can tell from those of parallel rays.
-            if speeds[0] > STEEP || speeds[1] < -STEEP {
-                let slopes = [1.0 / speeds[1], 1.0 / speeds[0]];
-                let backwards = speeds[1] < 0.0;
-                let (for_near, for_far) = if backwards { (low, high) } else { (high, low) };
-                let (near, far) = if backwards {
-                    (axis + 3, axis)
-                } else {
-                    (axis, axis + 3)
-                };
-                packet.slabs[packet.slab_count] = Slab {
-                    near,
-                    far,
-                    slopes,
-                    near_offsets: slopes.map(|slope| -(for_near * slope)),
-                    far_offsets: slopes.map(|slope| -(for_far * slope)),
-                };
-                packet.slab_count += 1;
-            } else {
-                packet.fans[packet.fan_count] = Fan {
-                    axis,
-                    low,
-                    low_speed: speeds[0].min(0.0),
-                    high,
-                    high_speed: speeds[1].max(0.0),
-                };
-                packet.fan_count += 1;
-            }
-        }
-        // A fan needs a slab to end at.
-        (packet.slab_count > 0).then_some(packet)
-    }
-
-    /// The boxes that any of the rays may meet, as a mask, and how far they are at least.
-    #[inline(always)]
-    fn enter(&self, planes: &[f32x8; 6], nearest: f32x8, best: f32x8) -> (f32x8, f32x8) {
-        let mut enter = nearest;
-        let mut leave = best;
-        let splat = f32x8::splat;
-        for slab in &self.slabs[..self.slab_count] {
-            let (near, far) = (planes[slab.near], planes[slab.far]);
-            let [least, greatest] = slab.slopes.map(splat);
-            let a = near.mul_add(least, splat(slab.near_offsets[0]));
-            let b = near.mul_add(greatest, splat(slab.near_offsets[1]));
-            enter = enter.fast_max(a.fast_min(b));
-            let a = far.mul_add(least, splat(slab.far_offsets[0]));
-            let b = far.mul_add(greatest, splat(slab.far_offsets[1]));
-            leave = leave.fast_min(a.fast_max(b));
-        }
-        let leave = leave * splat(WIDEN);
-        let mut hit = enter.simd_le(leave);
-        for fan in &self.fans[..self.fan_count] {
-            let low = splat(fan.low_speed).mul_add(leave, splat(fan.low));
-            let high = splat(fan.high_speed).mul_add(leave, splat(fan.high));
-            hit &= low.simd_le(planes[fan.axis + 3]) & high.simd_ge(planes[fan.axis]);
-        }
-        (hit, enter)
-    }
 }
 
 impl Met {
@@ -198,9 +45,23 @@ impl Met {
         }
     }
 
+    /// What each ray has met.
+    #[inline(always)]
+    pub fn hits(&self) -> [Option<Hit>; WIDTH] {
+        let found = self.found.to_bitmask();
+        let (distances, triangles) = (self.distance.to_array(), self.triangle.to_array());
+        std::array::from_fn(|lane| {
+            (found >> lane & 1 == 1).then_some(Hit {
+                distance: distances[lane],
+                triangle: triangles[lane],
+                instance: 0,
+            })
+        })
+    }
+
     /// Takes note of a triangle that rays may have met.
     #[inline(always)]
-    fn add<const ANY: bool>(&mut self, triangle: u32x8, t: f32x8, inside: f32x8, rays: &RaysX8) {
+    fn add<const ANY: bool>(&mut self, triangle: u32x8, t: f32x8, inside: f32x8, rays: &RayX8) {
         let mut hit = inside & t.simd_gt(rays.nearest);
         if ANY {
             let ignored = f32x8::from_bits(triangle.simd_eq(rays.ignored));
@@ -215,23 +76,46 @@ impl Met {
     }
 }
 
+/// Tests the triangles in some lanes of a block, for rays whose greatest axis is `AXIS`.
+///
+/// Whether a triangle was met by any ray is not asked: nobody could predict the answer.
+#[inline(always)]
+fn test<const ANY: bool, const N: usize, const AXIS: usize>(
+    block: &Block,
+    mut lanes: u32,
+    rays: &[RayX8; N],
+    shears: &[ShearX8; N],
+    met: &mut [Met; N],
+) {
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize & 7;
+        lanes &= lanes - 1;
+        let triangle = u32x8::splat(block.triangles.as_array()[lane]);
+        for ((shear, rays), met) in shears.iter().zip(rays).zip(met.iter_mut()) {
+            let (t, inside) = meet_triangle::<AXIS>(block, lane, shear);
+            met.add::<ANY>(triangle, t, inside, rays);
+        }
+    }
+}
+
 impl Bvh {
-    /// Traces a packet from the root of a mesh.
+    /// Traces a packet from the root of a mesh; the bundle holds all its rays.
     #[inline(always)]
     pub(super) fn trace_packet<const ANY: bool, const N: usize>(
         &self,
-        packet: &Packet,
-        rays: &[RaysX8; N],
+        bundle: &Bundle,
+        rays: &[RayX8; N],
         shears: &[ShearX8; N],
         root: &Root,
         stack: &mut PacketStack,
     ) -> [Met; N] {
         let mut met = rays.each_ref().map(|rays| Met::nothing(rays.farthest));
-        let of = |get: fn(&RaysX8) -> f32x8, best: fn(f32x8, f32x8) -> f32x8| {
-            reduce(rays[1..].iter().map(get).fold(get(&rays[0]), best), best).to_array()[0]
-        };
-        let nearest = f32x8::splat(of(|rays| rays.nearest, f32x8::fast_min));
-        let mut best = of(|rays| rays.farthest, f32x8::fast_max).min(FARTHEST);
+        let least = |a: f32x8, rays: &RayX8| a.fast_min(rays.nearest);
+        let nearest = rays[1..].iter().fold(rays[0].nearest, least);
+        let nearest = reduce(nearest, f32x8::fast_min);
+        let most = |a: f32x8, rays: &RayX8| a.fast_max(rays.farthest);
+        let farthest = rays[1..].iter().fold(rays[0].farthest, most);
+        let mut best = reduce(farthest, f32x8::fast_max).to_array()[0].min(FARTHEST);
         let wider = f32x8::splat(root.reach * MARGIN);
         let mut link = root.link;
         let mut top = 0;
@@ -239,8 +123,8 @@ impl Bvh {
             match link.kind() {
                 Link::NODE => {
                     let node = &self.nodes[link.index()];
-                    let (hit, enter) = packet.enter(&node.planes, nearest, f32x8::splat(best));
-                    let packed = node.order[packet.octant & 7];
+                    let (hit, enter) = bundle.enter(&node.planes, nearest, f32x8::splat(best));
+                    let packed = node.order[bundle.octant()];
                     let order = unpack(packed);
                     let mask = hit.shuffle_wrapping(order).to_bitmask() & packed >> 24;
                     let order = order.shuffle_wrapping(compress(mask));
@@ -253,18 +137,12 @@ impl Bvh {
                 _ => {
                     let block = &self.blocks[link.index()];
                     let (touched, _) =
-                        packet.enter(&block.planes(wider), nearest, f32x8::splat(best));
-                    let mut lanes = touched.to_bitmask() & block.live();
-                    while lanes != 0 {
-                        let lane = lanes.trailing_zeros() as usize & 7;
-                        lanes &= lanes - 1;
-                        let triangle = u32x8::splat(block.triangles.as_array()[lane]);
-                        for ((shear, rays), met) in shears.iter().zip(rays).zip(&mut met) {
-                            let (t, inside) = meet_triangle(block, lane, shear, packet.axes);
-                            if inside.any() {
-                                met.add::<ANY>(triangle, t, inside, rays);
-                            }
-                        }
+                        bundle.enter(&block.planes(wider), nearest, f32x8::splat(best));
+                    let lanes = touched.to_bitmask() & block.live();
+                    match bundle.axis() {
+                        0 => test::<ANY, N, 0>(block, lanes, rays, shears, &mut met),
+                        1 => test::<ANY, N, 1>(block, lanes, rays, shears, &mut met),
+                        _ => test::<ANY, N, 2>(block, lanes, rays, shears, &mut met),
                     }
                     if !ANY {
                         let all = met[1..].iter().map(|met| met.distance);
@@ -288,37 +166,17 @@ impl Bvh {
         }
     }
 
-    /// Tests every triangle: where there are few, no tree is quicker.
-    #[inline(always)]
-    pub(super) fn trace_few<const ANY: bool>(&self, rays: &RaysX8, shear: &ShearX8) -> Met {
+    /// Tests every triangle: where there are few, and rays keep together in no way, no tree is quicker.
+    #[inline(never)]
+    pub(super) fn trace_few<const ANY: bool>(&self, rays: &RayX8, shear: &ShearX8) -> Met {
         let mut met = Met::nothing(rays.farthest);
-        match shear.common_axis() {
-            Some(axis) => {
-                let axes = AXES[axis];
-                self.each::<ANY>(rays, &mut met, |block, lane| {
-                    meet_triangle(block, lane, shear, axes)
-                });
-            }
-            None => self.each::<ANY>(rays, &mut met, |block, lane| {
-                meet_triangle_mixed(block, lane, shear)
-            }),
-        }
-        met
-    }
-
-    #[inline(always)]
-    fn each<const ANY: bool>(
-        &self,
-        rays: &RaysX8,
-        met: &mut Met,
-        meet: impl Fn(&Block, usize) -> (f32x8, f32x8),
-    ) {
         for block in &self.blocks {
             for lane in 0..block.len() {
-                let (t, inside) = meet(block, lane);
+                let (t, inside) = meet_triangle_mixed(block, lane, shear);
                 let triangle = u32x8::splat(block.triangles.as_array()[lane]);
                 met.add::<ANY>(triangle, t, inside, rays);
             }
         }
+        met
     }
 }

@@ -1,7 +1,7 @@
 //! What a tree is asked with.
 
 use super::NO_TRIANGLE;
-use super::slot::FAR;
+use super::ready::FAR;
 use crate::lanes::{Batch, Vec3x8, f32x8, u32x8};
 use crate::record;
 use glam::Vec3;
@@ -78,32 +78,23 @@ impl ShadowRays for RayX8 {
     }
 }
 
-/// Eight rays to be traced.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RaysX8 {
-    pub origin: Vec3x8,
-    pub direction: Vec3x8,
-    pub nearest: f32x8,
-    pub farthest: f32x8,
-    pub ignored: u32x8,
-}
-
-impl RaysX8 {
+impl RayX8 {
+    /// Eight of any rays, up to `farthest`.
     #[inline(always)]
-    pub fn new(rays: &impl Rays, farthest: f32x8, ignored: Option<u32x8>) -> Self {
+    pub(super) fn of(rays: &impl Rays, farthest: f32x8, ignored: u32x8) -> Self {
         Self {
             origin: *rays.origin(),
             direction: *rays.direction(),
             // Not −0: its bits are below all others.
             nearest: rays.nearest() + f32x8::ZERO,
             farthest,
-            ignored: ignored.unwrap_or(u32x8::splat(NO_TRIANGLE)),
+            ignored,
         }
     }
 
     /// Whether no origin is far from a tree of this reach.
     #[inline(always)]
-    pub fn begins_near(&self, reach: f32) -> bool {
+    pub(super) fn begins_near(&self, reach: f32) -> bool {
         let near = self.origin.max_abs().simd_le(f32x8::splat(FAR * reach));
         near.all()
     }

@@ -1,14 +1,14 @@
 //! A ray of the stream: what its tests read, its stack, and the steps that it takes.
 
 use super::node::{Block, Link, Node, compress, unpack};
-use super::ray::RaysX8;
+use super::ready::{PARTINGS, Ready};
 use super::triangle::{self, Shear, ShearX8};
-use super::{Hit, NO_TRIANGLE, Place, Root};
+use super::{Hit, NO_TRIANGLE, Place, RayX8};
 use crate::lanes::{Vec3x8, WIDTH, f32x8, reduce, u32x8};
 use glam::Vec3;
 
 /// Entries of a ray's stack: seven stay behind at each level, of the upper tree and of the lower.
-const STACK: usize = BOTTOM + 2 * 8 * super::build::MAX_DEPTH + WIDTH;
+const STACK: usize = BOTTOM + PARTINGS + 2 * 8 * super::build::MAX_DEPTH + WIDTH;
 /// Entries below the first, so that eight can be read from any top.
 const BOTTOM: usize = WIDTH;
 
@@ -33,106 +33,32 @@ pub(super) struct Slot {
 /// What the box test reads of a ray.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
-struct Slabs {
+pub(super) struct Slabs {
     /// 1 / direction.
-    inverse: [f32; 3],
+    pub inverse: [f32; 3],
     /// The distance of plane p is p · inverse + offset.
-    offset: [f32; 3],
-    nearest: f32,
+    pub offset: [f32; 3],
+    pub nearest: f32,
     /// Distance of the best hit so far.
-    best: f32,
+    pub best: f32,
 }
 
 /// What a ray is in the world, and who it is.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
-struct Own {
-    origin: [f32; 3],
-    direction: [f32; 3],
+pub(super) struct Own {
+    pub origin: [f32; 3],
+    pub direction: [f32; 3],
     /// Triangle of instance 0 that is not met.
-    ignored: u32,
+    pub ignored: u32,
     /// Number of the ray among all.
-    number: u32,
+    pub number: u32,
 }
 
 /// What distances of far planes are raised by: Ize 2013, "Robust BVH Ray Traversal", JCGT 2.2, section 3.
 pub(super) const WIDEN: f32 = 1.0 + 4.0 * f32::EPSILON;
-/// The least component of a direction, relative to its greatest: below it the ray is parallel to the planes.
-const PARALLEL: f32 = 1e-12;
 /// Distances count up to here: what an empty lane gives is beyond.
 pub(super) const FARTHEST: f32 = 1e37;
-
-/// Eight rays, made ready.
-#[derive(Default)]
-pub(super) struct Ready {
-    slabs: [Slabs; WIDTH],
-    shears: [Shear; WIDTH],
-    own: [Own; WIDTH],
-}
-
-impl Ready {
-    pub fn new(rays: &RaysX8, first: usize, reach: f32) -> Self {
-        let Vec3x8 { x, y, z } = rays.direction;
-        let greatest = rays.direction.max_abs();
-        let least = greatest * f32x8::splat(PARALLEL);
-        let inverse = [x, y, z].map(|d| f32x8::ONE / d.abs().fast_max(least).copysign(d));
-        let Vec3x8 { x, y, z } = rays.origin;
-        let mut offset = std::array::from_fn(|axis| -([x, y, z][axis] * inverse[axis]));
-        let beyond = rays.origin.max_abs().simd_gt(f32x8::splat(FAR * reach));
-        if beyond.any() {
-            let skip = (rays.origin.max_abs() - f32x8::splat(reach)) / greatest;
-            let origin = rays.direction.mul_add(skip, rays.origin);
-            let Vec3x8 { x, y, z } = origin;
-            for axis in 0..3 {
-                let near = [x, y, z][axis].mul_neg_add(inverse[axis], skip);
-                offset[axis] = beyond.select(near, offset[axis]);
-            }
-        }
-        let [a, b, c] = inverse;
-        let [d, e, f] = offset;
-        let best = rays.farthest.fast_min(f32x8::splat(FARTHEST));
-        let slabs = f32x8::transpose([a, b, c, d, e, f, rays.nearest, best]).map(|row| {
-            let [a, b, c, d, e, f, nearest, best] = row.to_array();
-            Slabs {
-                inverse: [a, b, c],
-                offset: [d, e, f],
-                nearest,
-                best,
-            }
-        });
-        let (o, d) = (&rays.origin, &rays.direction);
-        let number = u32x8::splat(first as u32) + u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
-        let bits = |word: u32x8| f32x8::from_bits(word);
-        let own = [
-            o.x,
-            o.y,
-            o.z,
-            d.x,
-            d.y,
-            d.z,
-            bits(rays.ignored),
-            bits(number),
-        ];
-        let own = f32x8::transpose(own).map(|row| {
-            let [a, b, c, d, e, f, ignored, number] = row.to_array();
-            Own {
-                origin: [a, b, c],
-                direction: [d, e, f],
-                ignored: ignored.to_bits(),
-                number: number.to_bits(),
-            }
-        });
-        Self {
-            slabs,
-            shears: ShearX8::new(o, d).lanes(),
-            own,
-        }
-    }
-}
-
-/// Origins farther than so many times the tree's reach are moved along their ray for the box test, or its rounding errors
-/// would be those of the origin: of nearer ones the [`Node`]s' margin and [`WIDEN`] together cover the errors.
-pub(super) const FAR: f32 = 3.0;
 
 impl Slot {
     /// One without a ray.
@@ -150,30 +76,46 @@ impl Slot {
         }
     }
 
-    /// Takes one of eight rays to where all begin.
+    /// Takes one of eight rays to where they part.
     #[inline(always)]
-    pub fn start(&mut self, ready: &Ready, lane: usize, root: &Root) {
+    pub fn start<const ANY: bool>(&mut self, ready: &Ready, lane: usize) {
         self.slabs = ready.slabs[lane];
         self.shear = ready.shears[lane];
         self.own = ready.own[lane];
         self.key = 0;
         self.instance = 0;
-        self.top = BOTTOM as u32;
         self.links[BOTTOM - 1] = Link::DONE.0;
         self.distances[BOTTOM - 1] = f32::NEG_INFINITY;
-        self.link = root.link;
+        let mut top = BOTTOM;
+        let best = f32x8::splat(self.slabs.best);
+        for (links, distances) in ready.links.iter().zip(&ready.distances).take(ready.groups) {
+            let distances = distances[lane];
+            let mask = distances.simd_le(best).to_bitmask();
+            let order = compress(mask);
+            let links = links.shuffle_wrapping(order).to_array();
+            self.links[top..top + WIDTH].copy_from_slice(&links);
+            if !ANY {
+                let distances = distances.shuffle_wrapping(order).to_array();
+                self.distances[top..top + WIDTH].copy_from_slice(&distances);
+            }
+            top += mask.count_ones() as usize;
+        }
+        self.top = top as u32;
+        self.pop::<ANY>();
     }
 
     /// Turns to another space.
     fn aim(&mut self, origin: Vec3, direction: Vec3, reach: f32) {
-        let rays = RaysX8 {
-            origin: Vec3x8::splat(origin),
-            direction: Vec3x8::splat(direction),
+        let (origin, direction) = (Vec3x8::splat(origin), Vec3x8::splat(direction));
+        let rays = RayX8 {
+            origin,
+            direction,
             nearest: f32x8::splat(self.slabs.nearest),
             farthest: f32x8::splat(self.slabs.best),
             ignored: u32x8::splat(self.own.ignored),
         };
-        let ready = Ready::new(&rays, 0, reach);
+        let mut ready = Ready::default();
+        ready.aim(&rays, &ShearX8::new(&origin, &direction), 0, reach);
         self.slabs = ready.slabs[0];
         self.shear = ready.shears[0];
     }

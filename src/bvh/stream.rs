@@ -5,11 +5,12 @@
 //! whose next place is a leaf; what is next goes to one list or another without a branch, and the memory of the next place
 //! is asked for a whole round before it is read.
 
+use super::cells::Cells;
 use super::node::Link;
 use super::packet::PacketStack;
-use super::ray::RaysX8;
-use super::slot::{Ready, Slot};
-use super::{Bvh, Hit, Root, prefetch};
+use super::ready::Ready;
+use super::slot::Slot;
+use super::{Bvh, Hit, RayX8, Root, prefetch};
 use crate::lanes::WIDTH;
 
 /// Rays under way; a power of two.
@@ -20,6 +21,8 @@ const SLOTS: usize = 32;
 pub struct Stacks {
     pub(super) slots: Box<[Slot; SLOTS]>,
     pub(super) packet: PacketStack,
+    /// Rays sorted by direction.
+    pub(super) cells: Cells,
     /// Batches of rays that do not keep together.
     pub(super) loose: Vec<u32>,
 }
@@ -30,6 +33,7 @@ impl Default for Stacks {
         Self {
             slots: slots.try_into().expect("as many as were made"),
             packet: PacketStack::default(),
+            cells: Cells::default(),
             loose: Vec::new(),
         }
     }
@@ -67,7 +71,7 @@ impl Bvh {
         count: usize,
         batches: &[u32],
         slots: &mut [Slot; SLOTS],
-        rays: impl Fn(usize) -> RaysX8,
+        rays: impl Fn(usize) -> RayX8,
         mut done: impl FnMut(usize, Option<Hit>),
     ) {
         let mut free: [u32; SLOTS] = std::array::from_fn(|slot| slot as u32);
@@ -92,12 +96,12 @@ impl Bvh {
             while next < last && free_len > 0 {
                 if next % WIDTH == 0 {
                     let batch = batches[next / WIDTH] as usize;
-                    ready = Ready::new(&rays(batch), batch * WIDTH, root.reach);
+                    ready.prepare::<ANY>(&rays(batch), batch * WIDTH, &self.nodes, root);
                 }
                 free_len -= 1;
                 let index = free[free_len & (SLOTS - 1)];
                 let slot = &mut slots[index as usize & (SLOTS - 1)];
-                slot.start(&ready, next % WIDTH, root);
+                slot.start::<ANY>(&ready, next % WIDTH);
                 sort!(index, slot);
                 next += 1;
             }

@@ -27,7 +27,8 @@ pub(super) struct ShearX8 {
     origin: Vec3x8,
     /// As [`Shear::slopes`].
     pub slopes: [f32x8; 3],
-    axis: u32x8,
+    /// As [`Shear::axis`].
+    pub axis: u32x8,
     /// As [`Shear::octant`].
     pub octant: u32x8,
 }
@@ -98,12 +99,12 @@ pub(super) fn meet_block(block: &Block, shear: &Shear) -> (f32x8, f32x8) {
 /// Distances at which eight rays with the same axes meet the triangle in a lane, and the mask of those that do. Each has the
 /// bits that [`meet_block`] gives.
 #[inline(always)]
-pub(super) fn meet_triangle(
+pub(super) fn meet_triangle<const AXIS: usize>(
     block: &Block,
     lane: usize,
     shear: &ShearX8,
-    [x, y, z]: [usize; 3],
 ) -> (f32x8, f32x8) {
+    let [x, y, z] = const { AXES[AXIS] };
     let origin = [shear.origin.x, shear.origin.y, shear.origin.z];
     let [slope_x, slope_y, scale] = shear.slopes;
     let corner = |corner: usize| {
