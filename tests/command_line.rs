@@ -5,6 +5,7 @@
 mod small_disk;
 
 mod command_line {
+    mod environments;
     mod harmonics;
     mod information;
     mod interruption;

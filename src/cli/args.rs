@@ -259,13 +259,13 @@ pub(super) fn within(text: &str, low: usize, high: usize) -> Result<usize, Strin
         .ok_or_else(|| format!("write a whole number from {low} to {high}"))
 }
 
-fn size(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
     text.split_once(['x', 'X', '×'])
         .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)))
         .ok_or_else(|| "write width and height in pixels, as in 640x480".to_owned())
 }
 
-fn exposure(text: &str) -> Result<f32, String> {
+pub(super) fn exposure(text: &str) -> Result<f32, String> {
     text.parse()
         .ok()
         .filter(|exposure: &f32| exposure.abs() <= 64.0)

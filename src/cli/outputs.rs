@@ -51,6 +51,35 @@ impl Outputs {
     }
 }
 
+/// An image and the PNG beside it.
+///
+/// # Errors
+/// [`Error::Usage`] where the image is not called `.exr`.
+pub(super) fn exr_and_png(exr: &Path) -> Result<[PathBuf; 2]> {
+    match is_exr(exr) {
+        true => Ok([exr.to_owned(), exr.with_extension("png")]),
+        false => Err(not_exr(exr)),
+    }
+}
+
+/// Makes sure that a file can be written, and is none of the inputs.
+///
+/// # Errors
+/// [`Error::Usage`] where it is an input, [`Error::Write`] where it cannot be written.
+pub(super) fn writable(path: &Path, inputs: &[&Path]) -> Result<()> {
+    match inputs.iter().any(|input| is_same(path, input)) {
+        true => Err(Error::Usage(format!(
+            "{}: this file is read; name another output",
+            path.display()
+        ))),
+        false => probe(path),
+    }
+}
+
+fn is_same(output: &Path, input: &Path) -> bool {
+    matches!((output.canonicalize(), input.canonicalize()), (Ok(output), Ok(input)) if output == input)
+}
+
 fn is_exr(path: &Path) -> bool {
     path.extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
@@ -75,11 +104,7 @@ fn spare_inputs(output: &Path, scene: &Description) -> Result<()> {
     let Some(Environment::Image { image, .. }) = &scene.environment else {
         return Ok(());
     };
-    let same = match (output.canonicalize(), Path::new(&image.file).canonicalize()) {
-        (Ok(output), Ok(input)) => output == input,
-        _ => false,
-    };
-    if same {
+    if is_same(output, Path::new(&image.file)) {
         return Err(Error::Usage(format!(
             "{}: the scene's environment is read from this file; name another output with -o",
             output.display()

@@ -14,6 +14,7 @@ mod aov;
 mod describe;
 mod metadata;
 mod planes;
+mod raster;
 mod region;
 mod whole_file;
 
@@ -21,6 +22,7 @@ pub use aov::{AovSample, AovSet};
 pub use describe::{Channel, ExrDescription, Part, describe};
 pub use exact::MAX_SAMPLES;
 pub use metadata::Metadata;
+pub use raster::Raster;
 pub use region::Region;
 pub use whole_file::write_whole;
 

@@ -15,14 +15,22 @@ pub fn write(path: &Path, film: &Film, tonemap: Tonemap) -> Result<()> {
 /// The PNG of the film's region, with an `sRGB` chunk.
 pub fn encode(to: impl Write, film: &Film, tonemap: Tonemap) -> io::Result<()> {
     let region = film.region();
-    let mut encoder = Encoder::new(to, region.width(), region.height());
+    encode_bytes(to, region.width(), region.height(), &pixels(film, tonemap))
+}
+
+/// The PNG of three bytes a pixel, row after row.
+pub(super) fn encode_bytes(
+    to: impl Write,
+    width: u32,
+    height: u32,
+    bytes: &[u8],
+) -> io::Result<()> {
+    let mut encoder = Encoder::new(to, width, height);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
     let mut writer = encoder.write_header().map_err(plain)?;
-    writer
-        .write_image_data(&pixels(film, tonemap))
-        .map_err(plain)?;
+    writer.write_image_data(bytes).map_err(plain)?;
     writer.finish().map_err(plain)
 }
 

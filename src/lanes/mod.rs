@@ -15,7 +15,7 @@ pub use queue::*;
 pub use rgb::*;
 pub use table::{Row, Table};
 pub use vec3::*;
-pub use wide::{f32x8, u32x8};
+pub use wide::{f32x8, f64x8, u32x8};
 
 /// Lanes of a batch.
 pub const WIDTH: usize = 8;

@@ -12,6 +12,7 @@ pub mod gltf;
 mod hash;
 mod hull;
 pub mod image;
+pub mod lat_long;
 pub mod light;
 mod lines;
 mod luminaire;

@@ -4,10 +4,28 @@
 //! and order `m` stands at `l² + l + m`, so those up to degree `l` are the first `(l + 1)²`.
 
 mod basis;
+mod convolve;
 pub mod lobe;
 mod low;
+mod probe;
+mod project;
+mod published;
+mod quadrature;
+mod reconstruct;
+mod rotate;
+mod series;
+mod shade;
+mod table;
 
 pub use basis::Basis;
+pub use convolve::Lobe;
+pub use probe::{CONVENTION, Document, Probe};
+pub use project::project;
+pub use published::{NAMES as PUBLISHED, published};
+pub use reconstruct::Window;
+pub use rotate::rotated;
+pub use series::Series;
+pub use shade::Shading;
 
 /// The greatest degree that anything here takes.
 pub const MAX_DEGREE: usize = 128;

@@ -4,5 +4,11 @@
 mod common;
 
 mod basis;
+mod draws;
 mod lobe;
+mod oracle;
+mod probe;
+mod project;
 mod quadrature;
+mod rotate;
+mod shade;

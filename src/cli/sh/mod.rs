@@ -2,9 +2,13 @@
 
 mod basis;
 mod draws;
+mod light;
 mod lobe;
 mod npy;
+mod object;
 mod printed;
+mod project;
+mod shade;
 
 use super::Outcome;
 use super::args::within;
@@ -17,6 +21,10 @@ use clap::Subcommand;
 pub(super) enum Command {
     /// Evaluate the basis in given directions, and measure how fast
     Basis(basis::BasisArgs),
+    /// Project a lat-long image onto spherical harmonics
+    Project(project::ProjectArgs),
+    /// Shade an object by the double sum over light and lobe
+    Shade(shade::ShadeArgs),
     /// The coefficients of Phong lobes, exact and estimated
     Lobe(lobe::LobeArgs),
 }
@@ -24,6 +32,8 @@ pub(super) enum Command {
 pub(super) fn run(command: &Command) -> Result<Outcome> {
     match command {
         Command::Basis(args) => basis::run(args),
+        Command::Project(args) => project::run(args),
+        Command::Shade(args) => shade::run(args),
         Command::Lobe(args) => lobe::run(args),
     }
 }

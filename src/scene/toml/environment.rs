@@ -3,15 +3,9 @@
 use super::files::Files;
 use super::reader::{Table, Value};
 use crate::error::Result;
-use crate::lanes::Rgb;
 use crate::scene::description::{Environment, LatLong};
-use crate::scene::exr::{self, Raster};
-use crate::scene::hash;
-use std::io::BufReader;
+use crate::scene::{hash, lat_long};
 use std::sync::Arc;
-
-/// Greatest width and height of an image, pixels: a header may claim any size.
-const LARGEST: (usize, usize) = (16384, 8192);
 
 /// `[environment]`. The bytes of an image enter the scene's hash.
 pub(super) fn environment(value: Value, files: &mut Files) -> Result<Environment> {
@@ -75,31 +69,9 @@ fn gradient(table: Table) -> Result<Environment> {
 
 fn image(value: Value, files: &mut Files) -> Result<LatLong> {
     let path = files.path(value, "a lat-long EXR file")?;
-    let (width, height, pixels) = std::fs::File::open(&path)
-        .map_err(|error| format!("cannot read: {error}"))
-        .and_then(|file| {
-            exr::read(BufReader::new(file), LARGEST, |[r, g, b, _]| {
-                Rgb::new(r, g, b)
-            })
-        })
-        .and_then(twice_as_wide)
+    let image = lat_long::explained(&path)
         .map_err(|message| value.error(format!("image {}: {message}", path.display())))?;
     hash::add_file(&path, &mut files.hasher)
         .map_err(|error| value.error(format!("image {}: cannot read: {error}", path.display())))?;
-    Ok(LatLong {
-        file: path.display().to_string(),
-        width,
-        height,
-        pixels,
-    })
-}
-
-fn twice_as_wide<P>((width, height, pixels): Raster<P>) -> std::result::Result<Raster<P>, String> {
-    if width == 2 * height {
-        return Ok((width, height, pixels));
-    }
-    Err(format!(
-        "is {width}×{height} pixels, and a lat-long image is twice as wide as high; resize it to {}×{height}",
-        2 * height
-    ))
+    Ok(image)
 }

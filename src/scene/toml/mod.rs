@@ -24,6 +24,7 @@ use sha2::{Digest, Sha256};
 use std::io::Read;
 use std::path::Path;
 use toml::de::DeTable;
+pub use transform::rotation;
 
 /// The version of the format that this program reads.
 const VERSION: u64 = 1;

@@ -153,8 +153,9 @@ pub(super) fn moved(light: Punctual, affine: &Affine3A) -> Punctual {
     }
 }
 
-/// Turns about x, then y, then z, axes that stay where they are; counter-clockwise as seen from the axis' tip.
-fn rotation(degrees: DVec3) -> DMat3 {
+/// What `rotate_degrees` means: turns about x, then y, then z, axes that stay where they are; counter-clockwise as seen from
+/// the axis' tip.
+pub fn rotation(degrees: DVec3) -> DMat3 {
     let [(sx, cx), (sy, cy), (sz, cz)] = degrees.to_array().map(sin_cos);
     let about_x = DMat3::from_cols(DVec3::X, DVec3::new(0.0, cx, sx), DVec3::new(0.0, -sx, cx));
     let about_y = DMat3::from_cols(DVec3::new(cy, 0.0, -sy), DVec3::Y, DVec3::new(sy, 0.0, cy));
