@@ -97,10 +97,15 @@
 //! - Tables of up to 16 rows (materials, lights, surfaces) are kept by column, and read by shuffles: [`lanes::Table`].
 //! - Hits are compared as bit patterns: one unsigned minimum for three comparisons of floats ([`shape`]).
 //! - Numbers beyond [`sampling::LAST_SOBOL_BOUNCE`] are hashes: no stratum survives that many dimensions.
-//! - Triangles are met by a tree of eight children a node and eight triangles a leaf ([`bvh`]). Rays that go their own ways
-//!   go as a stream: 32 are under way, and each takes its step without a branch that could be mispredicted. Those that keep
-//!   together go as packets of 16: a bundle of intervals against eight boxes. Either way a triangle test is the same
-//!   operations, so which way a ray goes changes no bit. Up to 64 triangles, those who do not keep together try each.
+//! - Triangles are met by a tree of eight children a node and eight triangles a leaf ([`bvh`]). Rays that keep together go as
+//!   packets of 16: a bundle of intervals against eight boxes. The others go as a stream: 32 are under way, and each takes its
+//!   step without a branch that could be mispredicted. Either way a triangle test is the same operations, so which way a ray
+//!   goes changes no bit.
+//! - Rays enter the stream where they part. Neighbours begin in the same corner of the tree: half of all nodes that a bounced
+//!   ray meets hold its origin, and those of its seven neighbours. Eight go down to there at once (1.1 times faster); where
+//!   any hit will do, they go on while five of them do (1.2 times).
+//! - Up to 64 triangles, rays that begin near each other are sorted by greatest axis and octant, and are bundles again: 1.4
+//!   times faster for shadow rays in a box. Those that do not try each triangle.
 //! - The next place of a ray is asked for a whole round before it is read: 1.15 times faster on a million triangles in pixel
 //!   order, 1.35 times in random order.
 //! - Sobol's second dimension is Pascal's triangle modulo 2: four butterfly steps instead of a table.
@@ -115,6 +120,9 @@
 //!   yet it won at most 1.5 % of relative error on the box and cost the equality with `sobol_burley`, lane by lane.
 //! - Packets of 32 rays: no faster than 16 on a million triangles, and slower in a box. Bundles whose slopes are more than
 //!   an eighth apart: shadow rays towards a wide lamp trace half as fast as in the stream.
+//! - Asking a packet whether any ray is inside a triangle before its hit is taken note of: primary rays are 1.12 times faster
+//!   without the question. Gathering a packet's triangles in a list before they are tested: no faster.
+//! - Testing the leaves that eight rays meet on their common way at once: 2 %, for shadow rays alone.
 //! - Unchecked indexing in the tree, 16 or 64 rays under way in place of 32: no faster, or slower.
 //! - Lengths of a stream's lists in an array by kind: each step then waits for the one before; registers are 1.25 times
 //!   faster.
