@@ -186,8 +186,20 @@ fn a_transform_that_leads_nowhere_is_refused() {
         format!("a.gltf: nodes[0]: its rotation has no direction; {AGAIN}")
     );
     assert_eq!(
-        refused(|asset| asset.json["nodes"][0]["scale"] = json!([1e60, 1, 1])),
+        refused(|asset| {
+            asset.json["nodes"][0]["scale"] = json!([1e30, 1, 1]);
+            let root = json!({ "children": [0], "scale": [1e30, 1, 1] });
+            let nodes = asset.json["nodes"].as_array_mut().unwrap();
+            nodes.push(root);
+            let last = nodes.len() - 1;
+            asset.json["scenes"][0]["nodes"] = json!([last]);
+        }),
         format!("a.gltf: nodes[0]: its transform is not finite; {AGAIN}")
+    );
+    let refusal = refused(|asset| asset.json["nodes"][0]["scale"] = json!([1e60, 1, 1]));
+    assert!(
+        refusal.starts_with("a.gltf:1:") && refusal.contains("number out of range"),
+        "{refusal}"
     );
     assert_eq!(
         refused(|asset| asset.json["nodes"][0]["translation"] = json!([2e9, 1, 1])),

@@ -20,7 +20,7 @@ Examples:
   ondine sh basis directions.npy --bands 8 -o values.npy
   ondine sh basis directions.npy --bands 16 --threads 1 --json | jq .points_per_s
 
-Value l*l + l + m of a row is that of degree l and order m: real, orthonormal, without the Condon-Shortley sign, so that
+Value l*l + l + m of a row is that of degree l and order m: real, orthonormal, without the Condon-Shortley sign, so that \
 values 1, 2 and 3 go with y, z and x. Time is that of evaluation alone. Threads do not change a bit of the values.";
 
 /// Directions that a worker takes at a time.

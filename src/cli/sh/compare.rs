@@ -28,10 +28,10 @@ Examples:
   ondine sh compare --light sky.exr --bands 12 --bsdf phong:50 -o compared
   ondine sh compare --light probe.json --bsdf lambert --shape teapot.ply -o compared
 
-What is compared: for lambert, the path tracer with a white lambert surface and paths of two edges. For phong:N, rays drawn
-from the lobe itself, which is what the double sum integrates; the path tracer's phong material stands beside it, and is
-another model: it has the cosine of the light's angle, is normalised by n + 2, and ends at the horizon. Both see the light
-as far as its coefficients go; of an image, the whole image is compared too.
+What is compared: for lambert, the path tracer with a white lambert surface and paths of two edges. For phong:N, rays drawn \
+from the lobe itself, which is what the double sum integrates; the path tracer's phong material stands beside it, and is \
+another model: it has the cosine of the light's angle, is normalised by n + 2, and ends at the horizon. Both see the light \
+as far as its coefficients go; of an image, the whole image is compared too. \
 On an object that is not convex the path tracer's image has shadows, and the double sum has none.";
 
 /// Compare the double sum with rays: by degree, as a table, a plot and pictures

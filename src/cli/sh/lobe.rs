@@ -21,10 +21,10 @@ Examples:
   ondine sh lobe --exponent 5 --bands 6 --estimate 10000000 --sampling all -o convergence.svg
   ondine sh lobe --exponent 1,5,10,50 --bands 6 --convention report
 
-The lobe (n + 1)/2 max(cos, 0)^n around z has coefficients of order 0 alone; n = 1 is the clamped cosine. Estimates come with
+The lobe (n + 1)/2 max(cos, 0)^n around z has coefficients of order 0 alone; n = 1 is the clamped cosine. Estimates come with \
 their standard error, and z, the error in standard errors. Threads do not change a bit of them.";
 
-/// The coefficients of Phong lobes, exact and estimated
+/// Give the coefficients of Phong lobes, exact and estimated
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(in crate::cli) struct LobeArgs {

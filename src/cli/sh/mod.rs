@@ -24,26 +24,26 @@ use clap::Subcommand;
 pub(super) enum Command {
     /// Evaluate the basis in given directions, and measure how fast
     Basis(basis::BasisArgs),
-    /// Compare the double sum with rays: by degree, as a table, a plot and pictures
-    Compare(compare::CompareArgs),
-    /// Bake light probes: the light that arrives at points of a scene
-    Probe(Box<probe::ProbeArgs>),
+    /// Give the coefficients of Phong lobes, exact and estimated
+    Lobe(lobe::LobeArgs),
     /// Project a lat-long image onto spherical harmonics
     Project(project::ProjectArgs),
     /// Shade an object by the double sum over light and lobe
     Shade(shade::ShadeArgs),
-    /// The coefficients of Phong lobes, exact and estimated
-    Lobe(lobe::LobeArgs),
+    /// Bake light probes: the light that arrives at points of a scene
+    Probe(Box<probe::ProbeArgs>),
+    /// Compare the double sum with rays: by degree, as a table, a plot and pictures
+    Compare(compare::CompareArgs),
 }
 
 pub(super) fn run(command: &Command) -> Result<Outcome> {
     match command {
         Command::Basis(args) => basis::run(args),
-        Command::Compare(args) => compare::run(args),
-        Command::Probe(args) => probe::run(args),
+        Command::Lobe(args) => lobe::run(args),
         Command::Project(args) => project::run(args),
         Command::Shade(args) => shade::run(args),
-        Command::Lobe(args) => lobe::run(args),
+        Command::Probe(args) => probe::run(args),
+        Command::Compare(args) => compare::run(args),
     }
 }
 

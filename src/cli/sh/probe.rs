@@ -27,8 +27,8 @@ Examples:
   ondine sh probe cornell --at 0,0,0 --bands 4 --spp 65536 -o probe.json
   ondine sh probe cornell --grid -0.8,-0.8,-0.8:0.8,0.8,2.5:5,5,9 -o probes.json
 
-A probe's file is what `[environment] sh = \"probe.json\"` and the other commands read; a grid's file holds a list of
-probes, each with its position, x fastest. The coefficients depend on scene, settings and seed alone: threads do not
+A probe's file is what `[environment] sh = \"probe.json\"` and the other commands read; a grid's file holds a list of \
+probes, each with its position, x fastest. The coefficients depend on scene, settings and seed alone: threads do not \
 change a bit of them.";
 
 /// Bake light probes: the light that arrives at points of a scene

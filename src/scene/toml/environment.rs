@@ -21,7 +21,7 @@ pub(super) fn environment(value: Value, files: &mut Files) -> Result<Environment
         "rotate_degrees",
         "clamp",
     ];
-    table.keys(OWNER, &known, &[])?;
+    table.keys(OWNER, &known)?;
     let mut kinds = table.values();
     kinds.retain(|value| !["rotate_degrees", "clamp"].contains(&value.key));
     let kind = match kinds.as_slice() {
@@ -84,7 +84,7 @@ pub(super) fn environment(value: Value, files: &mut Files) -> Result<Environment
 }
 
 fn gradient(table: Table) -> Result<Environment> {
-    table.keys("a gradient", &["zenith", "horizon", "ground"], &[])?;
+    table.keys("a gradient", &["zenith", "horizon", "ground"])?;
     let radiance = |key| {
         let example = format!("{key} = [1.0, 1.0, 1.0]");
         table.require("this gradient", key, &example)?.radiance()

@@ -151,7 +151,7 @@ impl<'a> Files<'a> {
             Err(_) => {
                 let table = value.table(example)?;
                 let known = [&["texture", "wrap", "filter", "repeat"], more].concat();
-                table.keys("a texture", &known, &[])?;
+                table.keys("a texture", &known)?;
                 (
                     table.require("this texture", "texture", "texture = \"wood.png\"")?,
                     Some(table),

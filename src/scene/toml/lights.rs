@@ -15,7 +15,7 @@ pub(super) fn lights(value: Value, defined: &Defined, files: &mut Files) -> Resu
     for table in value.tables("[[lights]]")? {
         if let Some(value) = PUNCTUAL.into_iter().find_map(|key| table.get(key)) {
             let owner = format!("a {} light, which has no surface", value.key);
-            table.keys(&owner, &[value.key], &[])?;
+            table.keys(&owner, &[value.key])?;
             files.scene.punctual.push(punctual(value)?);
             continue;
         }
@@ -28,7 +28,7 @@ pub(super) fn lights(value: Value, defined: &Defined, files: &mut Files) -> Resu
             "two_sided",
             "material",
         ];
-        table.keys("[[lights]]", &[&own[..], &PUNCTUAL].concat(), &[])?;
+        table.keys("[[lights]]", &[&own[..], &PUNCTUAL].concat())?;
         let owner = "this light";
         let placed = shapes(&table, owner, files)?;
         let radiance = table
@@ -64,7 +64,7 @@ fn punctual(value: Value) -> Result<Punctual> {
         "point" => {
             let table =
                 value.table("point = { position = [x, y, z], intensity = [1.0, 1.0, 1.0] }")?;
-            table.keys("a point light", &["position", "intensity"], &[])?;
+            table.keys("a point light", &["position", "intensity"])?;
             Ok(Punctual::Point {
                 position: position(&table)?,
                 intensity: intensity(&table)?,
@@ -74,7 +74,7 @@ fn punctual(value: Value) -> Result<Punctual> {
         _ => {
             let table =
                 value.table("distant = { direction = [x, y, z], irradiance = [1.0, 1.0, 1.0] }")?;
-            table.keys("a distant light", &["direction", "irradiance"], &[])?;
+            table.keys("a distant light", &["direction", "irradiance"])?;
             Ok(Punctual::Distant {
                 direction: direction(&table)?,
                 irradiance: table
@@ -96,7 +96,7 @@ fn spot(value: Value) -> Result<Punctual> {
         "outer_degrees",
         "inner_degrees",
     ];
-    table.keys("a spot light", &known, &[])?;
+    table.keys("a spot light", &known)?;
     let outer_value = table.require(
         OWNER,
         "outer_degrees",

@@ -84,7 +84,7 @@ fn material(value: Value, files: &mut Files, maps: &mut Maps) -> Result<Material
     )?;
     let kind = kind_value.text()?;
     let owner = format!("a {kind} material");
-    let known = |keys: &[&str]| table.keys(&owner, &[&COMMON, keys].concat(), &[]);
+    let known = |keys: &[&str]| table.keys(&owner, &[&COMMON, keys].concat());
     let need = |key, example| table.require(&owner, key, example);
     match kind {
         "lambert" => {
@@ -168,7 +168,7 @@ fn principled(table: &Table, owner: &str, files: &mut Files, maps: &mut Maps) ->
         "ior",
         "metallic_roughness",
     ];
-    table.keys(owner, &[&COMMON[..], &own].concat(), &[])?;
+    table.keys(owner, &[&COMMON[..], &own].concat())?;
     if let Some(value) = table.get("metallic_roughness") {
         maps.metallic_roughness = Some(files.texture(value, ColorSpace::Linear, &[])?);
     }

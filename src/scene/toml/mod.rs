@@ -99,7 +99,6 @@ pub fn parse(text: &str, file_name: &str, base_dir: Option<&Path>) -> Result<Des
             "lights",
             "environment",
         ],
-        &[],
     )?;
     let mut scene = Description {
         cameras: cameras(&root)?,
@@ -204,7 +203,6 @@ fn camera(value: Value, owner: &str) -> Result<Camera> {
             "aperture_radius",
             "focus_distance",
         ],
-        &[],
     )?;
     let position = table
         .require(owner, "position", "position = [x, y, z]")?
@@ -266,7 +264,7 @@ fn camera(value: Value, owner: &str) -> Result<Camera> {
 
 fn film(value: Value) -> Result<FilmDescription> {
     let table = value.table("[film]")?;
-    table.keys("[film]", &["width", "height", "filter"], &[])?;
+    table.keys("[film]", &["width", "height", "filter"])?;
     let pixels = |key, example| {
         let value = table.require("[film]", key, example)?;
         value.count(MAX_SIDE)
@@ -292,7 +290,6 @@ fn render(value: Value) -> Result<RenderDefaults> {
             "seed",
             "roulette",
         ],
-        &[],
     )?;
     Ok(RenderDefaults {
         spp: table

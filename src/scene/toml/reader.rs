@@ -81,31 +81,22 @@ impl<'a> Table<'a> {
         values
     }
 
-    /// Refuses any key that is not `known`, naming the nearest; a key of `later` is refused with its own advice.
-    pub fn keys(&self, owner: &str, known: &[&str], later: &[(&str, &str)]) -> Result<()> {
+    /// Refuses any key that is not `known`, naming the nearest.
+    pub fn keys(&self, owner: &str, known: &[&str]) -> Result<()> {
         for value in self.values() {
             if known.contains(&value.key) {
                 continue;
             }
-            let message = match later.iter().find(|(key, _)| *key == value.key) {
-                Some((key, advice)) => {
-                    format!("{key} is not supported by this version; {advice}")
-                }
-                None => {
-                    let hint = match nearest(value.key, known.iter().copied()) {
-                        Some((best, true)) => format!("did you mean {}?", quoted(best)),
-                        Some((best, false)) => {
-                            format!("the nearest known key is {}.", quoted(best))
-                        }
-                        None => "remove it.".to_owned(),
-                    };
-                    format!(
-                        "unknown key {} in {owner}; {hint} Known keys: {}",
-                        quoted(value.key),
-                        list(known.iter().copied())
-                    )
-                }
+            let hint = match nearest(value.key, known.iter().copied()) {
+                Some((best, true)) => format!("did you mean {}?", quoted(best)),
+                Some((best, false)) => format!("the nearest known key is {}.", quoted(best)),
+                None => "remove it.".to_owned(),
             };
+            let message = format!(
+                "unknown key {} in {owner}; {hint} Known keys: {}",
+                quoted(value.key),
+                list(known.iter().copied())
+            );
             return Err(self.source.error(value.key_at, message));
         }
         Ok(())

@@ -24,11 +24,7 @@ impl<'a> Transform<'a> {
             return Ok(None);
         };
         let table = value.table("transform = { translate = [x, y, z] }")?;
-        table.keys(
-            "a transform",
-            &["translate", "rotate_degrees", "scale"],
-            &[],
-        )?;
+        table.keys("a transform", &["translate", "rotate_degrees", "scale"])?;
         let vector = |key, or| table.get(key).map_or(Ok(or), |value| value.point());
         let translation = vector("translate", Vec3::ZERO)?;
         let angles = vector("rotate_degrees", Vec3::ZERO)?;

@@ -26,7 +26,6 @@ pub(super) fn objects(value: Value, defined: &Defined, files: &mut Files) -> Res
         table.keys(
             "[[objects]]",
             &["sphere", "quad", "mesh", "transform", "material"],
-            &[],
         )?;
         let owner = "this object";
         let shapes = shapes(&table, owner, files)?;
@@ -142,13 +141,13 @@ pub(super) fn shapes(table: &Table, owner: &str, files: &mut Files) -> Result<Pl
 fn mesh(value: Value, files: &mut Files) -> Result<Rc<Model>> {
     const EXAMPLE: &str = "mesh = { file = \"x.ply\" }";
     let table = value.table(EXAMPLE)?;
-    table.keys("a mesh", &["file"], &[])?;
+    table.keys("a mesh", &["file"])?;
     files.model(table.require("this mesh", "file", "file = \"x.ply\"")?)
 }
 
 fn sphere(value: Value) -> Result<Shape> {
     let table = value.table("sphere = { center = [x, y, z], radius = r }")?;
-    table.keys("a sphere", &["center", "radius"], &[])?;
+    table.keys("a sphere", &["center", "radius"])?;
     let need = |key, example| table.require("this sphere", key, example);
     let center = need("center", "center = [x, y, z]")?.point()?;
     let radius = need("radius", "radius = 1.0")?
@@ -160,7 +159,7 @@ fn sphere(value: Value) -> Result<Shape> {
 
 fn quad(value: Value) -> Result<Shape> {
     let table = value.table("quad = { corner = [x, y, z], u = [x, y, z], v = [x, y, z] }")?;
-    table.keys("a quad", &["corner", "u", "v"], &[])?;
+    table.keys("a quad", &["corner", "u", "v"])?;
     let need = |key, example| table.require("this quad", key, example);
     let corner = need("corner", "corner = [x, y, z]")?.point()?;
     let edge = |key, example| {
