@@ -1,8 +1,9 @@
 //! The basis, eight directions at a time.
 
 use super::low::{LOW, low, turned};
-use super::{MAX_DEGREE, coefficients, index};
+use super::{MAX_DEGREE, coefficients, index, past_cache};
 use crate::lanes::{Vec3x8, WIDTH, f32x8};
+use rayon::prelude::*;
 
 /// The basis functions up to a degree.
 ///
@@ -20,12 +21,15 @@ pub struct Basis {
     steps: Vec<Step>,
 }
 
-/// Rows that are made in the cache and then written in one go, line by line. Memory sets the pace of a large table, and takes
-/// lines in order faster than parts of eight rows at a time: by 1.1 at degree 16, 1.7 at degree 8.
+/// Rows that are made in the cache and then written in one go, line by line: memory takes lines in order faster than parts of
+/// eight rows at a time.
 const STAGED: usize = 2 * WIDTH;
 
-/// Floats of a cache line.
-const LINE: usize = 16;
+/// Directions that a thread takes at a time.
+const CHUNK: usize = 1024;
+
+/// Bytes of a table that no cache keeps until it is read: it is written past them, 1.5 to 2 times faster.
+const UNCACHED: usize = 1 << 24;
 
 /// `next = here · z · rise + below · fall`
 #[derive(Clone, Copy, Debug)]
@@ -143,13 +147,23 @@ impl Basis {
         }
     }
 
-    /// Their values at each of these unit directions: a row of [`coefficients`] for each.
+    /// Their values at each of these unit directions: a row of [`coefficients`] for each. The threads are those of the current
+    /// rayon pool; they change no bit.
     ///
     /// # Panics
     /// Where `rows` is of another length.
     pub fn tabulate(&self, directions: &[[f32; 3]], rows: &mut [f32]) {
         let row = coefficients(self.degree);
         assert_eq!(rows.len(), directions.len() * row);
+        let uncached = size_of_val(rows) >= UNCACHED;
+        rows.par_chunks_mut(CHUNK * row)
+            .zip(directions.par_chunks(CHUNK))
+            .for_each(|(rows, directions)| self.fill(directions, rows, uncached));
+    }
+
+    /// One thread's part of a table.
+    fn fill(&self, directions: &[[f32; 3]], rows: &mut [f32], uncached: bool) {
+        let row = coefficients(self.degree);
         let mut values = vec![f32x8::ZERO; row];
         let mut stage = vec![0.0; STAGED * row];
         let groups = directions.chunks(STAGED);
@@ -166,12 +180,13 @@ impl Basis {
                 self.evaluate(&direction, &mut values);
                 scatter(&values, stage);
             }
-            let (to, rest) = rows.as_chunks_mut::<LINE>();
-            let (from, last) = stage[..group.len() * row].as_chunks::<LINE>();
-            for (to, from) in to.iter_mut().zip(from) {
-                *to = *from;
+            match uncached {
+                true => past_cache::copy(rows, &stage[..rows.len()]),
+                false => rows.copy_from_slice(&stage[..rows.len()]),
             }
-            rest.copy_from_slice(last);
+        }
+        if uncached {
+            past_cache::finish();
         }
     }
 }

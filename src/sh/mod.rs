@@ -7,6 +7,7 @@ mod basis;
 mod convolve;
 pub mod lobe;
 mod low;
+mod past_cache;
 mod probe;
 mod project;
 mod published;

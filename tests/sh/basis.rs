@@ -226,3 +226,29 @@ fn rows_hold_what_batches_give_however_many_there_are() {
         }
     }
 }
+
+#[test]
+fn a_table_that_no_cache_holds_has_the_rows_of_small_ones() {
+    let mut random = Random::new(15);
+    let (basis, row) = (Basis::new(8), coefficients(8));
+    // 324 bytes a row: 17 MB. Not a whole number of anything.
+    let count = 52_001_usize;
+    let given: Vec<[f32; 3]> = (0..count.div_ceil(WIDTH))
+        .flat_map(|batch| directions(&mut random, batch))
+        .map(|v| v.map(|c| c as f32))
+        .take(count)
+        .collect();
+    // From an odd place, so that no line begins where a row does.
+    let mut room = vec![f32::NAN; count * row + 3];
+    basis.tabulate(&given, &mut room[3..]);
+    let mut small = vec![f32::NAN; 1000 * row];
+    for (given, rows) in given.chunks(1000).zip(room[3..].chunks(1000 * row)) {
+        let small = &mut small[..rows.len()];
+        basis.tabulate(given, small);
+        assert!(
+            rows.iter()
+                .zip(&*small)
+                .all(|(a, b)| a.to_bits() == b.to_bits())
+        );
+    }
+}

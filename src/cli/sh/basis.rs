@@ -10,7 +10,6 @@ use crate::film::write_whole;
 use crate::render::{all_processors, workers};
 use crate::sh::{Basis, coefficients};
 use clap::Args;
-use rayon::prelude::*;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -22,9 +21,6 @@ Examples:
 
 Value l*l + l + m of a row is that of degree l and order m: real, orthonormal, without the Condon-Shortley sign, so that \
 values 1, 2 and 3 go with y, z and x. Time is that of evaluation alone. Threads do not change a bit of the values.";
-
-/// Directions that a worker takes at a time.
-const CHUNK: usize = 1024;
 
 /// How far from unit length a direction may be: what rounding of its components to 16 bits leaves.
 const UNIT: f64 = 1e-3;
@@ -77,17 +73,12 @@ pub(super) fn run(args: &BasisArgs) -> Result<Outcome> {
     let threads = args.threads.unwrap_or_else(all_processors);
     let pool = workers(threads)?;
     let basis = Basis::new(args.bands);
-    let mut times = Vec::with_capacity(args.repeat);
-    for _ in 0..=args.repeat {
+    let time = |_| {
         let begin = Instant::now();
-        pool.install(|| {
-            values
-                .par_chunks_mut(CHUNK * row)
-                .zip(directions.par_chunks(CHUNK))
-                .for_each(|(rows, directions)| basis.tabulate(directions, rows));
-        });
-        times.push(begin.elapsed().as_secs_f64());
-    }
+        basis.tabulate(&directions, &mut values);
+        begin.elapsed().as_secs_f64()
+    };
+    let mut times: Vec<f64> = pool.install(|| (0..=args.repeat).map(time).collect());
     // The first was to warm up.
     times.remove(0);
     times.sort_by(f64::total_cmp);
