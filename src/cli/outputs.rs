@@ -24,7 +24,7 @@ impl Outputs {
     pub fn new(asked: Option<&Path>, png: bool, scene: &Description) -> Result<Self> {
         let exr = match asked {
             Some(path) if is_exr(path) => path.to_owned(),
-            Some(path) => return Err(not_exr(path)),
+            Some(path) => return Err(not_exr("-o", path)),
             None => {
                 let stem = Path::new(&scene.name).file_stem().unwrap_or_default();
                 let mut name = stem.to_owned();
@@ -51,14 +51,25 @@ impl Outputs {
     }
 }
 
-/// An image and the PNG beside it.
+/// An image and the PNG beside it; `option` is what names the image.
 ///
 /// # Errors
 /// [`Error::Usage`] where the image is not called `.exr`.
-pub(super) fn exr_and_png(exr: &Path) -> Result<[PathBuf; 2]> {
+pub(super) fn exr_and_png(option: &str, exr: &Path) -> Result<[PathBuf; 2]> {
     match is_exr(exr) {
         true => Ok([exr.to_owned(), exr.with_extension("png")]),
-        false => Err(not_exr(exr)),
+        false => Err(not_exr(option, exr)),
+    }
+}
+
+/// Makes sure that a plot is called `.svg`, and can be written.
+///
+/// # Errors
+/// [`Error::Usage`] where it is called otherwise, [`Error::Write`] where it cannot be written.
+pub(super) fn plot(path: &Path) -> Result<()> {
+    match is_called(path, "svg") {
+        true => writable(path, &[]),
+        false => Err(misnamed("-o", path, "plot.svg", "the plot is an SVG file")),
     }
 }
 
@@ -76,24 +87,62 @@ pub(super) fn writable(path: &Path, inputs: &[&Path]) -> Result<()> {
     }
 }
 
+/// Makes sure that no two outputs are one file.
+///
+/// # Errors
+/// [`Error::Usage`] where two are.
+pub(super) fn distinct(paths: &[&Path]) -> Result<()> {
+    let places: Vec<PathBuf> = paths.iter().map(|path| place(path)).collect();
+    let again = (1..paths.len()).find(|&i| places[..i].contains(&places[i]));
+    match again {
+        None => Ok(()),
+        Some(i) => Err(Error::Usage(format!(
+            "{}: two outputs go to this file (a PNG lies beside each image); name another with -o",
+            paths[i].display()
+        ))),
+    }
+}
+
+/// Where a file is, or will be.
+fn place(path: &Path) -> PathBuf {
+    let in_folder = || {
+        let folder = path.parent().filter(|parent| *parent != Path::new(""));
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        Some(folder.join(path.file_name()?))
+    };
+    let whole = path.canonicalize().ok();
+    whole.or_else(in_folder).unwrap_or_else(|| path.to_owned())
+}
+
 fn is_same(output: &Path, input: &Path) -> bool {
     matches!((output.canonicalize(), input.canonicalize()), (Ok(output), Ok(input)) if output == input)
 }
 
-fn is_exr(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
+/// Whether a file is an image, by its name.
+pub(super) fn is_exr(path: &Path) -> bool {
+    is_called(path, "exr")
 }
 
-fn not_exr(path: &Path) -> Error {
+fn is_called(path: &Path, extension: &str) -> bool {
+    path.extension()
+        .is_some_and(|found| found.eq_ignore_ascii_case(extension))
+}
+
+fn not_exr(option: &str, path: &Path) -> Error {
+    let what = "the image is an OpenEXR file, and the PNG is written beside it";
+    misnamed(option, path, "image.exr", what)
+}
+
+/// `example` has the right extension.
+fn misnamed(option: &str, path: &Path, example: &str, what: &str) -> Error {
     // A folder has no name to extend.
     let named = path.file_name().is_some() && !path.is_dir();
-    let better = match named {
-        true => path.with_extension("exr"),
-        false => path.join("image.exr"),
+    let better = match Path::new(example).extension() {
+        Some(extension) if named => path.with_extension(extension),
+        _ => path.join(example),
     };
     Error::Usage(format!(
-        "-o {}: the image is an OpenEXR file, and the PNG is written beside it; use -o {}",
+        "{option} {}: {what}; use {option} {}",
         path.display(),
         better.display()
     ))

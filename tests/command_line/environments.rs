@@ -183,11 +183,19 @@ fn an_image_that_is_no_environment_is_refused_at_its_pixel() {
         ("sky.exr --bands 2 --clamp", &["--reconstruct"]),
         (
             "sky.exr --bands 2 --reconstruct out.png",
-            &["use -o out.exr"],
+            &["--reconstruct out.png: ", "use --reconstruct out.exr"],
         ),
         (
             "sky.exr --bands 2 --reconstruct sky.exr",
             &["sky.exr: this file is read"],
+        ),
+        (
+            "sky.exr --bands 2 -o out.png --reconstruct out.exr",
+            &["out.png: two outputs", "name another with -o"],
+        ),
+        (
+            "sky.exr --bands 2 -o ./out.exr --reconstruct out.exr",
+            &["out.exr: two outputs", "name another with -o"],
         ),
         (
             "sky.exr --bands 2 -o no/a.json",

@@ -163,10 +163,20 @@ fn arguments_of_the_basis_out_of_their_range_are_refused() {
         ("--bands 2 --repeat 0", &["--repeat", "1 to"]),
         ("--bands 2 -o missing/v.npy", &["missing/v.npy", "mkdir"]),
         ("--bands 2 -o .", &["folder"]),
+        (
+            "--bands 2 -o d.npy",
+            &["d.npy: this file is read", "another"],
+        ),
+        ("--bands 2 -o ./d.npy", &["d.npy: this file is read"]),
     ];
     for (arguments, words) in cases {
         refuses(&folder, &format!("sh basis d.npy {arguments}"), words);
     }
+    let directions = std::fs::read(folder.path().join("d.npy")).unwrap();
+    assert!(directions.ends_with(&bytes(&spiral(4))));
+    // What cannot be written is known before the work.
+    let line = "sh basis none.npy --bands 2 -o missing/v.npy";
+    refuses(&folder, line, &["mkdir -p missing"]);
 }
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -316,6 +326,11 @@ fn arguments_of_lobes_out_of_their_range_are_refused() {
             "--exponent 1 --bands 6 -o missing/p.svg",
             &["mkdir -p missing"],
         ),
+        (
+            "--exponent 1 --bands 6 -o p.png",
+            &["-o p.png: the plot is an SVG file; use -o p.svg"],
+        ),
+        ("--exponent 1 --bands 6 -o .", &["use -o ./plot.svg"]),
         (
             "--exponent 1 --bands 6 --threads 0",
             &["--threads", "1 to 1024"],

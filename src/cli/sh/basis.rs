@@ -3,6 +3,7 @@
 use super::super::Outcome;
 use super::super::args::{repeats, threads};
 use super::super::memory;
+use super::super::outputs;
 use super::super::progress::metric;
 use super::{bands, npy};
 use crate::error::{Error, Result};
@@ -64,6 +65,9 @@ struct BasisReport {
 }
 
 pub(super) fn run(args: &BasisArgs) -> Result<Outcome> {
+    if let Some(path) = &args.output {
+        outputs::writable(path, &[&args.directions])?;
+    }
     let directions = read(&args.directions)?;
     let row = coefficients(args.bands);
     let values = directions.len().saturating_mul(row);

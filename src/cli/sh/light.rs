@@ -1,5 +1,6 @@
 //! What commands read light from, and how it is turned.
 
+pub(super) use super::super::outputs::is_exr;
 use crate::error::{Error, Result};
 use crate::scene::description::LatLong;
 use crate::scene::{lat_long, toml};
@@ -47,12 +48,6 @@ pub(super) fn project(image: &LatLong, degree: usize) -> Result<Probe> {
     let mut probe = sh::project(image.width, image.height, &image.pixels, degree)?;
     probe.source = Some(image.file.clone());
     Ok(probe)
-}
-
-/// Whether a file is an image, by its name.
-pub(super) fn is_exr(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
 }
 
 /// `--rotate`: degrees about x, then y, then z.

@@ -2,6 +2,7 @@
 
 use super::super::Outcome;
 use super::super::args::{choice, threads, whole, within};
+use super::super::outputs;
 use super::super::plot::{Axis, Line, Plot, Scale, Style};
 use super::bands;
 use super::draws::{Convention, Draws, Sampling};
@@ -138,6 +139,9 @@ struct Estimated {
 }
 
 pub(super) fn run(args: &LobeArgs) -> Result<Outcome> {
+    if let Some(path) = &args.output {
+        outputs::plot(path)?;
+    }
     let pool = workers(args.threads.unwrap_or_else(all_processors))?;
     let sampler = Sampler::pcg(args.seed, Sampling::NAMES.len() as u32);
     let estimate = |exponent: f64, sampling: Sampling, samples: u32| {

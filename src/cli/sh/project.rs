@@ -98,12 +98,14 @@ struct Reconstruction {
 
 pub(super) fn run(args: &ProjectArgs) -> Result<Outcome> {
     let picture = args.reconstruct.as_deref();
-    let picture = picture.map(outputs::exr_and_png).transpose()?;
+    let picture = picture.map(|path| outputs::exr_and_png("--reconstruct", path));
+    let picture = picture.transpose()?;
     let paths = args.output.iter().chain(picture.iter().flatten());
     let paths: Vec<&Path> = paths.map(PathBuf::as_path).collect();
     for path in &paths {
         outputs::writable(path, &[&args.image])?;
     }
+    outputs::distinct(&paths)?;
     let threads = args.threads.unwrap_or_else(all_processors);
     let pool = workers(threads)?;
     let begin = Instant::now();

@@ -92,7 +92,7 @@ struct ShadeReport {
 }
 
 pub(super) fn run(args: &ShadeArgs) -> Result<Outcome> {
-    let files = outputs::exr_and_png(&args.output)?;
+    let files = outputs::exr_and_png("-o", &args.output)?;
     for path in &files {
         outputs::writable(path, &[Path::new(&args.light), Path::new(&args.shape)])?;
     }
@@ -165,10 +165,9 @@ impl ShadeReport {
     fn text(&self) -> String {
         let negative = match self.negative > 0.0 {
             true => format!(
-                "least value {:.4}; {:.1} % of the pixels are negative, for the light is cut off at l = {}\n",
+                "least value {:.4}; {:.1} % of the pixels are negative\n",
                 self.least,
                 self.negative * 100.0,
-                self.l_max
             ),
             false => String::new(),
         };
