@@ -161,3 +161,18 @@ fn two_decisions_share_nothing() {
         assert!(p > 1e-3, "{name}: p = {p}");
     }
 }
+
+#[test]
+fn long_words_are_hashed_as_splitmix64_does() {
+    // Its first numbers for the seed 0.
+    let step = 0x9e37_79b9_7f4a_7c15_u64;
+    let first = [
+        0xe220_a839_7b1d_cdaf,
+        0x6e78_9e6a_a1b9_65f4,
+        0x06c4_5d18_8009_454f,
+    ];
+    assert_eq!(
+        [0, 1, 2].map(|k| hash::hash_long(step.wrapping_mul(k))),
+        first
+    );
+}

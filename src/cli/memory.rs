@@ -43,18 +43,25 @@ fn fits(settings: &Settings, available: u64) -> Result<()> {
     Ok(())
 }
 
+/// For what is no render: `what` needs that many bytes.
+///
 /// # Errors
-/// [`Error::Usage`] where so many 32-bit floats are more than the machine has to give.
-pub(super) fn check_values(count: usize) -> Result<()> {
-    let needed = (count as u64).saturating_mul(4);
+/// [`Error::Usage`], with the remedy, where the machine has fewer to give. `Ok` where it does not tell.
+pub(super) fn check_bytes(needed: u64, what: &str, remedy: &str) -> Result<()> {
     match available() {
-        Some(available) if needed > available => Err(Error::Usage(format!(
-            "{count} values need about {} of memory and {} are free; give fewer directions or a smaller --bands",
-            gibibytes(needed),
-            gibibytes(available)
-        ))),
-        _ => Ok(()),
+        Some(available) => bytes_fit(needed, available, what, remedy),
+        None => Ok(()),
     }
+}
+
+fn bytes_fit(needed: u64, available: u64, what: &str, remedy: &str) -> Result<()> {
+    if needed > available {
+        let [needed, free] = [needed, available].map(gibibytes);
+        return Err(Error::Usage(format!(
+            "{what} need about {needed} of memory and {free} are free; {remedy}"
+        )));
+    }
+    Ok(())
 }
 
 fn film(settings: &Settings) -> u64 {
@@ -103,5 +110,13 @@ mod tests {
         assert_eq!(refusal(&settings, 1 << 32), "");
         (settings.threads, settings.wave) = (Some(1024), 1 << 20);
         assert!(refusal(&settings, 1 << 36).contains("--wave"));
+
+        let bytes = |needed| bytes_fit(needed, 1 << 30, "9 pixels", "choose a smaller --size");
+        assert!(bytes(1 << 30).is_ok());
+        let message = bytes(3 << 29).unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "9 pixels need about 1.5 GiB of memory and 1.0 GiB are free; choose a smaller --size"
+        );
     }
 }

@@ -22,6 +22,9 @@ const COLOURS: [RGBColor; 6] = [
     RGBColor(86, 180, 233),
 ];
 
+/// Lines of one style that can be told apart.
+pub(super) const MOST_LINES: usize = COLOURS.len();
+
 /// What is plotted against what.
 #[derive(Clone, Debug)]
 pub(super) struct Plot {

@@ -3,6 +3,7 @@
 use super::Outcome;
 use super::args::{RayKind, RaysArgs};
 use super::progress::metric;
+use super::report::counted;
 use crate::bvh::{Bvh, HitX8, Instance, NO_TRIANGLE, Ray, RayX8, Stacks, Triangles};
 use crate::error::{Error, Result};
 use crate::film::write_whole;
@@ -265,17 +266,17 @@ impl RaysReport {
     fn text(&self) -> String {
         let per_triangle = (self.node_bytes + self.triangle_bytes) as f64 / self.triangles as f64;
         format!(
-            "{} rays ({}), {} hits: {}rays/s with {} threads (median of {}; {:.2} to {:.2} M)\n\
-             {} triangles: read in {:.3} s, tree ({}) built in {:.3} s, {:.1} bytes a triangle\n",
-            self.rays,
+            "{} ({}), {}: {}rays/s with {} (median of {}; {:.2} to {:.2} M)\n\
+             {}: read in {:.3} s, tree ({}) built in {:.3} s, {:.1} bytes a triangle\n",
+            counted(self.rays, "ray"),
             self.kind,
-            self.hits,
+            counted(self.hits, "hit"),
             metric(self.mrays_per_s * 1e6),
-            self.threads,
+            counted(self.threads, "thread"),
             self.repeat,
             self.mrays_per_s_worst,
             self.mrays_per_s_best,
-            self.triangles,
+            counted(self.triangles, "triangle"),
             self.load_s,
             self.bvh,
             self.build_s,

@@ -9,6 +9,7 @@ use crate::scene::description::Description;
 use crate::stats::{StageReport, peak_rss_bytes};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::time::Duration;
 
 /// Samples that were traced for each pixel: the least and the greatest number of any.
@@ -172,19 +173,18 @@ impl Report {
         };
         format!(
             "Wrote {}: {}x{} pixels{part}, {} per pixel\n\
-             Traced {}paths and {}rays in {}: {}paths/s and {}rays/s on {} thread{}\n\
+             Traced {}paths and {}rays in {}: {}paths/s and {}rays/s on {}\n\
              Image hash {}\n",
             self.outputs.join(" and "),
             x1 - x0,
             y1 - y0,
-            samples(&self.samples_per_pixel()),
+            counted(self.samples_per_pixel(), "sample"),
             count(self.paths as f64),
             count(self.rays as f64),
             seconds(self.render_s),
             count(self.mpaths_per_s * 1e6),
             count(self.mrays_per_s * 1e6),
-            self.threads,
-            if self.threads == 1 { "" } else { "s" },
+            counted(self.threads, "thread"),
             self.image_hash
         )
     }
@@ -202,8 +202,10 @@ impl Report {
 }
 
 /// `1 sample`, `64 samples`, `48 to 64 samples`.
-pub(super) fn samples(count: &str) -> String {
-    format!("{count} sample{}", if count == "1" { "" } else { "s" })
+pub(super) fn counted(count: impl Display, noun: &str) -> String {
+    let count = count.to_string();
+    let ending = if count == "1" { "" } else { "s" };
+    format!("{count} {noun}{ending}")
 }
 
 fn layers(list: &str) -> Vec<String> {

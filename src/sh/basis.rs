@@ -1,7 +1,7 @@
 //! The basis, eight directions at a time.
 
 use super::low::{LOW, low, turned};
-use super::{MAX_DEGREE, coefficients, index, past_cache};
+use super::{MAX_DEGREE, coefficients, index, legendre, past_cache};
 use crate::lanes::{Vec3x8, WIDTH, f32x8};
 use rayon::prelude::*;
 
@@ -49,32 +49,23 @@ impl Basis {
             degree <= MAX_DEGREE,
             "degree {degree} is above {MAX_DEGREE}"
         );
-        let mut diagonal = vec![0.5 * std::f64::consts::FRAC_1_PI.sqrt()];
-        for m in 1..=degree {
-            let two_m = 2.0 * m as f64;
-            // Functions of order 0 have no sqrt(2).
-            let first = if m == 1 { 2.0 } else { 1.0 };
-            diagonal.push(diagonal[m - 1] * (first * (two_m + 1.0) / two_m).sqrt());
-        }
-        let rise = |l: usize, m: usize| {
-            let (l2, m2) = ((l * l) as f64, (m * m) as f64);
-            ((4.0 * l2 - 1.0) / (l2 - m2)).sqrt()
-        };
+        let diagonal = (0..=degree).scan(1.0, |product, m| {
+            *product *= legendre::first(m);
+            Some(*product as f32)
+        });
         let steps = (0..=degree)
             .flat_map(|m| (m.max(LOW) + 1..=degree).map(move |l| (l, m)))
-            .map(|(l, m)| Step {
-                rise: rise(l, m) as f32,
-                // There is nothing below the first degree of an order.
-                fall: if l == m + 1 {
-                    0.0
-                } else {
-                    (-rise(l, m) / rise(l - 1, m)) as f32
-                },
+            .map(|(l, m)| {
+                let [rise, fall] = legendre::step(l - 1, m);
+                Step {
+                    rise: rise as f32,
+                    fall: -fall as f32,
+                }
             })
             .collect();
         Self {
             degree,
-            diagonal: diagonal.into_iter().map(|value| value as f32).collect(),
+            diagonal: diagonal.collect(),
             steps,
         }
     }

@@ -33,6 +33,15 @@ impl Lobe {
         each.map(|(l, f)| scale * (4.0 * PI / (2.0 * l as f64 + 1.0)).sqrt() * f)
             .collect()
     }
+
+    /// The name of a surface that reflects by it: `lambert` or `phong:N`.
+    #[must_use]
+    pub fn surface(self) -> String {
+        match self {
+            Self::Cosine => "lambert".to_owned(),
+            Self::Phong(_) => self.to_string(),
+        }
+    }
 }
 
 impl fmt::Display for Lobe {

@@ -5,6 +5,7 @@
 
 mod basis;
 mod convolve;
+mod legendre;
 pub mod lobe;
 mod low;
 mod past_cache;
@@ -20,7 +21,7 @@ mod table;
 
 pub use basis::Basis;
 pub use convolve::Lobe;
-pub use probe::{CONVENTION, Document, Probe};
+pub use probe::{CONVENTION, Document, GRID_FORMAT, Probe, is_csv};
 pub use project::project;
 pub use published::{NAMES as PUBLISHED, published};
 pub use reconstruct::Window;

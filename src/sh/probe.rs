@@ -16,6 +16,12 @@ pub const CONVENTION: &str = "real orthonormal spherical harmonics without the C
 const FORMAT: &str = "ondine-sh";
 const VERSION: u64 = 1;
 
+/// What the file of a grid of probes says that it is.
+pub const GRID_FORMAT: &str = "ondine-sh-grid";
+
+/// The greatest magnitude of a coefficient of light to shade with: no sample of the film is larger.
+const GREATEST: f64 = 4_294_967_296.0;
+
 /// The largest file that is read, bytes; one of the greatest degree with errors has some 3 million.
 const LARGEST_FILE: u64 = 1 << 24;
 
@@ -89,6 +95,13 @@ impl Probe {
     /// [`Error::Scene`] at a line and column, or [`Error::Format`].
     pub fn from_json(file: &str, text: &str) -> Result<Self> {
         let document: Document = serde_json::from_str(text).map_err(|error| {
+            if is_grid(text) {
+                return Error::format(
+                    Path::new(file),
+                    "holds a grid of probes, and one is wanted; bake it alone with `ondine sh probe SCENE --at x,y,z`, at \
+                     the position that the grid has for it",
+                );
+            }
             let (line, column) = (error.line(), error.column());
             let what = error.to_string();
             let what = what.split(" at line ").next().unwrap_or_default();
@@ -96,7 +109,8 @@ impl Probe {
                 place: Place {
                     file: file.to_owned(),
                     line,
-                    column,
+                    // In an empty file the reader has not come to the first.
+                    column: column.max(1),
                 },
                 message: format!(
                     "these are no coefficients: {what}; write {{\"format\": \"{FORMAT}\", \"version\": {VERSION}, \
@@ -203,6 +217,18 @@ impl Probe {
         })
     }
 
+    /// What is wrong with coefficients that are so large that sums of them, or films of such light, could overflow, and what
+    /// to do.
+    pub(crate) fn check_magnitude(&self) -> std::result::Result<(), String> {
+        let all = self.coefficients.iter().flatten();
+        let large = all.copied().find(|value| value.abs() > GREATEST);
+        large.map_or(Ok(()), |large| {
+            Err(format!(
+                "has a coefficient of {large:e}, and 2^32 is the greatest; choose another unit"
+            ))
+        })
+    }
+
     /// What is wrong with the numbers, and what to do.
     fn check(&self) -> std::result::Result<(), String> {
         if self.degree > MAX_DEGREE {
@@ -257,9 +283,20 @@ pub(super) fn orders() -> impl Iterator<Item = (usize, isize)> {
     })
 }
 
-fn is_csv(path: &Path) -> bool {
+/// Whether a file of coefficients is CSV, by its name; else it is JSON.
+#[must_use]
+pub fn is_csv(path: &Path) -> bool {
     path.extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
+}
+
+/// Whether a text is the file of a grid of probes.
+fn is_grid(text: &str) -> bool {
+    #[derive(Deserialize)]
+    struct Any {
+        format: String,
+    }
+    serde_json::from_str(text).is_ok_and(|any: Any| any.format == GRID_FORMAT)
 }
 
 fn quantity(lobe: Option<Lobe>) -> &'static str {

@@ -6,12 +6,12 @@
 //! from that frame to the world's, exactly.
 
 use super::quadrature::{gauss_legendre, nodes_for};
-use super::{Probe, coefficients, index, rotated};
+use super::{Probe, coefficients, index, legendre, rotated};
 use crate::error::{Error, Result};
 use crate::lanes::{Rgb, WIDTH, f64x8};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
-use std::f64::consts::{PI, SQRT_2};
+use std::f64::consts::PI;
 
 /// Parts of an image that are summed by themselves: a fixed number, so that no sum depends on the threads.
 const PARTS: usize = 64;
@@ -106,23 +106,9 @@ impl Plan {
             0 => 2.0 * PI / width as f64,
             _ => 2.0 * angles[m % turn].0 / m as f64,
         });
-        // Of the recursion see `Series`: Yₗ₊₁ₘ = a z Yₗₘ − b Yₗ₋₁ₘ.
         let legendre = (0..=degree).map(|m| {
-            let twice = 2.0 * m as f64;
-            let first = match m {
-                0 => (0.25 / PI).sqrt(),
-                1 => SQRT_2 * ((twice + 1.0) / twice).sqrt(),
-                _ => ((twice + 1.0) / twice).sqrt(),
-            };
-            let mut before = f64::INFINITY;
-            let steps = (m..=degree).map(|l| {
-                let next = (l + 1) as f64;
-                let a = ((4.0 * next * next - 1.0) / (next * next - (m * m) as f64)).sqrt();
-                let b = a / before;
-                before = a;
-                [a, b]
-            });
-            (first, steps.collect())
+            let steps = (m..=degree).map(|l| legendre::step(l, m));
+            (legendre::first(m), steps.collect())
         });
         let half_height = 0.5 * PI / height as f64;
         Self {

@@ -1,8 +1,7 @@
 //! A colour by direction, from its coefficients.
 
-use super::{coefficients, index};
+use super::{coefficients, index, legendre};
 use crate::lanes::{Rgbx8, Vec3x8, f32x8};
-use std::f64::consts::PI;
 
 /// `Σ cₗₘ Yₗₘ(d)`, summed while the basis is evaluated: no room for its values is needed, whatever the degree.
 #[derive(Clone, Debug)]
@@ -30,26 +29,11 @@ impl Series {
     #[must_use]
     pub fn new(degree: usize, values: &[[f64; 3]]) -> Self {
         assert_eq!(values.len(), coefficients(degree));
-        // Of order 0 and 0; then Yₘₘ = √((2m + 1) / 2m) · sin θ · Yₘ₋₁,ₘ₋₁, and √2 more for m ≠ 0.
-        let mut first = (0.25 / PI).sqrt();
+        let mut first = 1.0;
         let orders = (0..=degree).map(|m| {
-            if m > 0 {
-                let twice = 2.0 * m as f64;
-                first *= ((twice + 1.0) / twice).sqrt();
-            }
-            let factor = if m == 1 {
-                std::f64::consts::SQRT_2
-            } else {
-                1.0
-            };
-            first *= factor;
-            // Yₗ₊₁ₘ = a z Yₗₘ − b Yₗ₋₁ₘ with a² = (4(l+1)² − 1) / ((l+1)² − m²), b = a / the a before.
-            let mut before = f64::INFINITY;
+            first *= legendre::first(m);
             let terms = (m..=degree).map(|l| {
-                let (next, m2) = ((l + 1) as f64, (m * m) as f64);
-                let a = ((4.0 * next * next - 1.0) / (next * next - m2)).sqrt();
-                let b = a / before;
-                before = a;
+                let [a, b] = legendre::step(l, m);
                 let order = m as isize;
                 let at = |order| values[index(l, order)].map(|value| value as f32);
                 Term {

@@ -143,6 +143,16 @@ pub(super) fn read(file: &str, text: &str) -> Result<Document> {
             errors.push(three(5)?);
         }
     }
+    let l_max = coefficients.len().isqrt().saturating_sub(1);
+    if coefficients.len() != super::coefficients(l_max) {
+        let (l, m) = places.next().unwrap_or_default();
+        return Err(Error::format(
+            Path::new(file),
+            format!(
+                "ends before the row l = {l}, m = {m}; write the rows of l = {l} to m = {l}, or leave all of them out"
+            ),
+        ));
+    }
     Ok(Document {
         format: required("format")?,
         version: version.parse().map_err(|_| {
@@ -156,7 +166,7 @@ pub(super) fn read(file: &str, text: &str) -> Result<Document> {
         unit: fact("unit"),
         lobe: fact("lobe"),
         source: fact("source"),
-        l_max: coefficients.len().isqrt().saturating_sub(1),
+        l_max,
         coefficients,
         standard_errors: has_errors.then_some(errors),
     })

@@ -264,6 +264,71 @@ fn any_light_shades_any_shape() {
 }
 
 #[test]
+fn what_a_texture_cuts_out_is_shaded_whole() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let file = std::fs::File::create(path("hole.png")).unwrap();
+    let mut encoder = png::Encoder::new(file, 1, 1);
+    encoder.set_color(png::ColorType::Grayscale);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&[0]).unwrap();
+    writer.finish().unwrap();
+    std::fs::write(path("quad.mtl"), "newmtl leaf\nmap_d hole.png\n").unwrap();
+    let quad = "mtllib quad.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nusemtl leaf\nf 1/1 2/1 3/1 4/1\n";
+    std::fs::write(path("quad.obj"), quad).unwrap();
+    let line = "sh shade --size 8x8 --bsdf lambert --light grace --shape quad.obj";
+    assert_eq!(ondine(&folder, line).code, 0);
+    assert!(blue(&path("shade.exr"))[8 * 4 + 4] > 0.05);
+}
+
+#[test]
+fn negative_light_is_counted_and_threads_are_in_the_singular() {
+    let folder = folder();
+    sky(&folder, "sky.exr");
+    changed(&folder, "below.json", [-1.0; 3]);
+    let line = "sh shade --size 8x8 --bsdf lambert --light below.json --threads 1";
+    let text = ondine(&folder, line).stdout;
+    assert!(text.contains("% of the pixels are negative\n"), "{text}");
+    assert!(text.contains(" with 1 thread\n"), "{text}");
+    let text = ondine(
+        &folder,
+        "sh project sky.exr --bands 0 --threads 1 -o a.json",
+    )
+    .stdout;
+    assert!(text.contains("\n1 coefficient to l_max = 0 in "), "{text}");
+    assert!(text.contains(" with 1 thread\n"), "{text}");
+}
+
+/// The light of the sky, to degree 1, with another mean.
+fn changed(folder: &tempfile::TempDir, name: &str, mean: [f64; 3]) {
+    let json = ondine(folder, "sh project sky.exr --bands 1").stdout;
+    let mut light: serde_json::Value = serde_json::from_str(&json).unwrap();
+    light["coefficients"][0] = mean.to_vec().into();
+    std::fs::write(folder.path().join(name), light.to_string()).unwrap();
+}
+
+#[test]
+fn light_under_which_images_would_overflow_is_refused() {
+    let folder = folder();
+    sky(&folder, "sky.exr");
+    changed(&folder, "huge.json", [1e300, 0.0, 0.0]);
+    changed(&folder, "large.json", [4e9, 0.0, 0.0]);
+    write_sky(&folder.path().join("max.exr"), (16, 8), |_, _| Some(3e38));
+    let too_large = |file: &'static str, value: &'static str| {
+        [file, value, "2^32 is the greatest", "another unit"]
+    };
+    let shade = |light: &str| format!("sh shade --size 8x8 --bsdf lambert --light {light}");
+    let huge = too_large("huge.json: has a coefficient of", "1e300");
+    refuses(&folder, &shade("huge.json"), &huge);
+    let max = too_large("max.exr: has a coefficient of", "e39");
+    refuses(&folder, &shade("max.exr"), &max);
+    refuses(&folder, "sh project max.exr --bands 2 -o a.json", &max);
+    assert_eq!(ondine(&folder, &shade("large.json")).code, 0);
+    let picture = blue(&folder.path().join("shade.exr"));
+    assert!(picture.iter().all(|blue| blue.is_finite()));
+}
+
+#[test]
 fn what_cannot_be_shaded_is_refused() {
     let folder = folder();
     sky(&folder, "sky.exr");
@@ -273,7 +338,13 @@ fn what_cannot_be_shaded_is_refused() {
     let wrong = right.replace("\"l_max\": 1", "\"l_max\": 2");
     std::fs::write(folder.path().join("count.json"), wrong).unwrap();
     std::fs::write(folder.path().join("cut.json"), &right[..100]).unwrap();
+    let grid = "sh probe cornell --grid 0,0,0:0,0,1:1,1,2 --spp 16 -o grid.json";
+    assert_eq!(ondine(&folder, grid).code, 0);
     let cases: &[(&str, &[&str])] = &[
+        (
+            "--light grid.json --bsdf lambert",
+            &["grid.json: holds a grid of probes", "--at x,y,z"],
+        ),
         (
             "--light gracee --bsdf lambert",
             &["\"gracee\"", "grace, eucalyptus"],

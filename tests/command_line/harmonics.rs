@@ -248,6 +248,60 @@ fn z_scores_of_a_hundred_seeds_are_standard_normal() {
     }
 }
 
+/// Of z-scores, which are standard normal: outside with probability 0.001 for each.
+fn are_independent(a: &[f64], b: &[f64], what: &str) {
+    let products = a.iter().zip(b).map(|(a, b)| a * b);
+    let mean = products.sum::<f64>() / a.len() as f64;
+    let most = 3.29 / (a.len() as f64).sqrt();
+    assert!(mean.abs() < most, "{what}: correlation {mean}");
+}
+
+#[test]
+fn estimates_of_other_exponents_sizes_and_samplings_are_independent() {
+    let folder = folder();
+    let z = |seed: u32, size: u32| {
+        let line = format!(
+            "sh lobe --exponent 5,6 --bands 1 --estimate {size} --sampling uniform,stratified --seed {seed} --json"
+        );
+        let json = ondine(&folder, &line).json();
+        let of = |lobe: usize, sampling: usize| {
+            let estimate = &json["lobes"][lobe]["estimates"][sampling];
+            estimate["z"][1].as_f64().unwrap()
+        };
+        [of(0, 0), of(1, 0), of(0, 1)]
+    };
+    let mut scores: [Vec<f64>; 4] = Default::default();
+    for seed in 0..60 {
+        let ([five, six, stratified], [larger, ..]) = (z(seed, 1 << 20), z(seed, 1 << 21));
+        let all = [five, six, stratified, larger];
+        for (scores, z) in scores.iter_mut().zip(all) {
+            scores.push(z);
+        }
+    }
+    let [five, six, stratified, larger] = &scores;
+    are_independent(five, six, "exponents");
+    are_independent(five, stratified, "samplings");
+    are_independent(five, larger, "sizes");
+    are_independent(&five[1..], &five[..59], "seeds");
+}
+
+#[test]
+fn one_of_a_kind_is_said_in_the_singular() {
+    let folder = folder();
+    npy(
+        &folder.path().join("d.npy"),
+        "<f4",
+        "(1, 3)",
+        &bytes(&[0.0, 0.0, 1.0]),
+    );
+    let text = ondine(&folder, "sh basis d.npy --bands 0 --threads 1").stdout;
+    assert!(
+        text.starts_with("1 direction, 1 value each (l_max 0): "),
+        "{text}"
+    );
+    assert!(text.contains(" with 1 thread ("), "{text}");
+}
+
 #[test]
 fn the_report_is_shown_beside_what_it_should_have_said() {
     let folder = folder();
@@ -295,6 +349,10 @@ fn plots_are_written_of_coefficients_and_of_their_convergence() {
     .json();
     assert!(svg().contains("uniform: standard error") && svg().contains("10³"));
     assert!(!svg().contains("stratified"));
+    // Lines of estimates are by sampling, however many exponents there are.
+    let line = "sh lobe --exponent 1,2,3,4,5,6,7 --bands 2 -o plot.svg --estimate 256 --json";
+    ondine(&folder, line).json();
+    assert!(svg().contains("7 Phong lobes"));
 }
 
 #[test]
@@ -331,6 +389,10 @@ fn arguments_of_lobes_out_of_their_range_are_refused() {
             &["-o p.png: the plot is an SVG file; use -o p.svg"],
         ),
         ("--exponent 1 --bands 6 -o .", &["use -o ./plot.svg"]),
+        (
+            "--exponent 1,2,3,4,5,6,7 --bands 6 -o p.svg",
+            &["-o p.svg: 7 lines", "at most 6 exponents"],
+        ),
         (
             "--exponent 1 --bands 6 --threads 0",
             &["--threads", "1 to 1024"],

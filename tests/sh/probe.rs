@@ -170,9 +170,24 @@ fn wrong_csv_is_refused_with_place_and_remedy() {
     let last = right.trim_end().rfind('\n').unwrap();
     refused(
         Probe::from_csv("p.csv", &right[..=last]),
-        &["3 rows", "not (l_max + 1)^2"],
+        &["ends before the row l = 1, m = 1", "leave all of them out"],
+    );
+    let header = right.find("0,0,").unwrap();
+    refused(
+        Probe::from_csv("p.csv", &right[..header]),
+        &["ends before the row l = 0, m = 0"],
     );
     refused(Probe::from_csv("p.csv", ""), &["p.csv"]);
+}
+
+#[test]
+fn an_empty_file_and_a_grid_are_refused_for_what_they_are() {
+    refused(Probe::from_json("p.json", ""), &["p.json:1:1: ", "EOF"]);
+    let grid = r#"{"format": "ondine-sh-grid", "version": 1, "probes": []}"#;
+    refused(
+        Probe::from_json("p.json", grid),
+        &["p.json: holds a grid", "ondine sh probe SCENE --at x,y,z"],
+    );
 }
 
 #[test]

@@ -5,6 +5,7 @@ use super::super::args::{repeats, threads};
 use super::super::memory;
 use super::super::outputs;
 use super::super::progress::metric;
+use super::super::report::counted;
 use super::{bands, npy};
 use crate::error::{Error, Result};
 use crate::film::write_whole;
@@ -71,7 +72,11 @@ pub(super) fn run(args: &BasisArgs) -> Result<Outcome> {
     let directions = read(&args.directions)?;
     let row = coefficients(args.bands);
     let values = directions.len().saturating_mul(row);
-    memory::check_values(values)?;
+    memory::check_bytes(
+        (values as u64).saturating_mul(size_of::<f32>() as u64),
+        &format!("{values} values"),
+        "give fewer directions or a smaller --bands",
+    )?;
     let mut values = vec![0.0_f32; values];
 
     let threads = args.threads.unwrap_or_else(all_processors);
@@ -114,12 +119,12 @@ impl BasisReport {
     /// For people.
     fn text(&self) -> String {
         let mut text = format!(
-            "{} directions, {} values each (l_max {}): {}points/s with {} threads (median of {}; {} to {})\n",
-            self.points,
-            self.coefficients,
+            "{}, {} each (l_max {}): {}points/s with {} (median of {}; {} to {})\n",
+            counted(self.points, "direction"),
+            counted(self.coefficients, "value"),
             self.l_max,
             metric(self.points_per_s),
-            self.threads,
+            counted(self.threads, "thread"),
             self.repeat,
             metric(self.points_per_s_worst).trim_end(),
             metric(self.points_per_s_best).trim_end(),

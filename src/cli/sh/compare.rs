@@ -222,10 +222,7 @@ impl CompareArgs {
     }
 
     fn bsdf_name(&self) -> String {
-        match self.bsdf {
-            Lobe::Cosine => "lambert".to_owned(),
-            lobe => lobe.to_string(),
-        }
+        self.bsdf.surface()
     }
 
     fn plot(&self, comparison: &Comparison) -> Plot {

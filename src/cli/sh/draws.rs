@@ -1,6 +1,7 @@
 //! How directions are drawn to estimate the coefficients of a lobe.
 
 use crate::lanes::{WIDTH, f32x8, pow_one_minus, u32x8};
+use crate::sampling::hash::hash_long;
 use crate::sampling::{Dimension, Sampler, warp};
 use crate::scene::description::choices;
 use crate::sh::lobe::{BLOCK, Sample, Sums};
@@ -36,18 +37,18 @@ const GROUP: u64 = 256;
 
 /// An estimate to be made.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Draws<'a> {
-    /// A PCG sampler of two edges or more: each sampling has numbers of its own.
-    pub sampler: &'a Sampler,
+pub(super) struct Draws {
+    pub seed: u64,
     pub sampling: Sampling,
     pub convention: Convention,
     pub exponent: f64,
 }
 
-impl Draws<'_> {
+impl Draws {
     /// Sums over about so many samples, on the threads of the pool that it is called in. They do not depend on their number.
     pub fn sums(&self, samples: u32, degree: usize) -> Sums {
         let grid = Grid::new(self.sampling, samples);
+        let sampler = self.sampler(&grid);
         let batches = u64::from(grid.columns) * u64::from(grid.rows) / WIDTH as u64;
         let per_block = (BLOCK / WIDTH) as u64;
         let blocks = batches.div_ceil(per_block);
@@ -59,7 +60,8 @@ impl Draws<'_> {
                     let first = block * per_block;
                     let mut sums = Sums::new(degree);
                     sums.add(
-                        (first..(first + per_block).min(batches)).map(|b| self.pairs(&grid, b)),
+                        (first..(first + per_block).min(batches))
+                            .map(|batch| self.pairs(&sampler, &grid, batch)),
                     );
                     sums
                 })
@@ -69,22 +71,25 @@ impl Draws<'_> {
         total
     }
 
+    /// Each sampling, exponent and size has numbers of its own: their estimates are to be independent.
+    fn sampler(&self, grid: &Grid) -> Sampler {
+        let size = u64::from(grid.columns) << 32 | u64::from(grid.rows);
+        let words = [self.sampling as u64, self.exponent.to_bits(), size];
+        let mixed = |seed, word| hash_long(seed ^ word);
+        Sampler::pcg(words.into_iter().fold(hash_long(self.seed), mixed), 0)
+    }
+
     /// The samples of eight pairs.
-    fn pairs(&self, grid: &Grid, batch: u64) -> [Sample; 2] {
+    fn pairs(&self, sampler: &Sampler, grid: &Grid, batch: u64) -> [Sample; 2] {
         let first = batch * WIDTH as u64;
         let columns = u64::from(grid.columns);
         let column = u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]) + u32x8::splat((first % columns) as u32);
         let row = (first / columns) as u32;
         [0, 1].map(|which| {
             let pair = u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]) + u32x8::splat(first as u32);
-            // Estimates of other sizes have other numbers: they are to be independent.
-            let path = self.sampler.path_key(
-                u32x8::splat(grid.columns ^ (grid.rows << 16)),
-                (pair << 1) | u32x8::splat(which),
-            );
-            let edge = self.sampling as u32;
-            let u = self.sampler.pair(path, Dimension::BsdfDirection, edge);
-            let side = self.sampler.single(path, Dimension::BsdfLobe, edge);
+            let path = sampler.path_key(u32x8::splat(0), (pair << 1) | u32x8::splat(which));
+            let u = sampler.pair(path, Dimension::BsdfDirection, 0);
+            let side = sampler.single(path, Dimension::BsdfLobe, 0);
             self.sample(grid.within(column, row, u), side)
         })
     }

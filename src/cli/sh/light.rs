@@ -26,9 +26,7 @@ pub(super) fn open(light: &str, degree: Option<usize>) -> Result<Probe> {
                 PUBLISHED.join(", ")
             )));
         }
-        None if is_exr(path) => {
-            return project(&lat_long::read(path)?, degree.unwrap_or(DEGREE));
-        }
+        None if is_exr(path) => project(&lat_long::read(path)?, degree.unwrap_or(DEGREE))?,
         None => Probe::read(path)?,
     };
     match degree {
@@ -38,16 +36,27 @@ pub(super) fn open(light: &str, degree: Option<usize>) -> Result<Probe> {
         ))),
         degree => {
             let degree = degree.unwrap_or(probe.degree);
-            Ok(probe.truncated(degree))
+            moderate(probe.truncated(degree), light)
         }
     }
 }
 
+/// Light of a file that nothing overflows under.
+fn moderate(probe: Probe, file: &str) -> Result<Probe> {
+    match probe.check_magnitude() {
+        Ok(()) => Ok(probe),
+        Err(message) => Err(Error::format(Path::new(file), message)),
+    }
+}
+
 /// The coefficients of an image.
+///
+/// # Errors
+/// [`Error::Usage`] and [`Error::Format`] where they cannot be, or nothing could read or shade with them.
 pub(super) fn project(image: &LatLong, degree: usize) -> Result<Probe> {
     let mut probe = sh::project(image.width, image.height, &image.pixels, degree)?;
     probe.source = Some(image.file.clone());
-    Ok(probe)
+    moderate(probe, &image.file)
 }
 
 /// `--rotate`: degrees about x, then y, then z.

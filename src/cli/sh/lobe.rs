@@ -3,14 +3,13 @@
 use super::super::Outcome;
 use super::super::args::{choice, threads, whole, within};
 use super::super::outputs;
-use super::super::plot::{Axis, Line, Plot, Scale, Style};
+use super::super::plot::{Axis, Line, MOST_LINES, Plot, Scale, Style};
 use super::bands;
 use super::draws::{Convention, Draws, Sampling};
 use super::printed::{ALL, WHY};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::render::{all_processors, workers};
-use crate::sampling::Sampler;
-use crate::sh::lobe::{Estimate, phong};
+use crate::sh::lobe::{Sums, phong};
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write;
@@ -23,7 +22,8 @@ Examples:
   ondine sh lobe --exponent 1,5,10,50 --bands 6 --convention report
 
 The lobe (n + 1)/2 max(cos, 0)^n around z has coefficients of order 0 alone; n = 1 is the clamped cosine. Estimates come with \
-their standard error, and z, the error in standard errors. Threads do not change a bit of them.";
+their standard error, and z, the error in standard errors; those of different exponents, samplings and sizes are \
+independent. Threads do not change a bit of them.";
 
 /// Give the coefficients of Phong lobes, exact and estimated
 #[derive(Args, Debug)]
@@ -128,7 +128,7 @@ struct Table {
 }
 
 /// An estimate, by degree.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 struct Estimated {
     sampling: String,
     samples: u64,
@@ -141,34 +141,39 @@ struct Estimated {
 pub(super) fn run(args: &LobeArgs) -> Result<Outcome> {
     if let Some(path) = &args.output {
         outputs::plot(path)?;
+        // Of estimates, lines are by sampling.
+        if args.estimate.is_none() && args.exponent.len() > MOST_LINES {
+            return Err(Error::Usage(format!(
+                "-o {}: {} lines cannot be told apart; plot at most {MOST_LINES} exponents at a time",
+                path.display(),
+                args.exponent.len()
+            )));
+        }
     }
     let pool = workers(args.threads.unwrap_or_else(all_processors))?;
-    let sampler = Sampler::pcg(args.seed, Sampling::NAMES.len() as u32);
-    let estimate = |exponent: f64, sampling: Sampling, samples: u32| {
+    let estimate = |exponent, exact: &[f64], sampling, samples| {
         let draws = Draws {
-            sampler: &sampler,
+            seed: args.seed,
             sampling,
             convention: args.convention,
             exponent,
         };
         let sums = pool.install(|| draws.sums(samples, args.bands));
-        (sums.samples(), sums.estimates())
+        Estimated::new(sampling, &sums, exact)
     };
     let lobes = args.exponent.iter().map(|&exponent| {
         let exact = exact(args.convention, exponent, args.bands);
-        let estimates = args.estimate.into_iter().flat_map(|samples| {
-            args.sampling
-                .0
-                .iter()
-                .map(move |&sampling| (sampling, samples))
-        });
+        let each = |samples| {
+            let samplings = args.sampling.0.iter();
+            samplings.map(move |&sampling| (sampling, samples))
+        };
         Lobe {
             exponent,
-            estimates: estimates
-                .map(|(sampling, samples)| {
-                    let (samples, estimates) = estimate(exponent, sampling, samples);
-                    Estimated::new(sampling, samples, &estimates, &exact)
-                })
+            estimates: args
+                .estimate
+                .into_iter()
+                .flat_map(each)
+                .map(|(sampling, samples)| estimate(exponent, &exact, sampling, samples))
                 .collect(),
             lobe: (args.convention == Convention::Report).then(|| phong(exponent, args.bands)),
             printed: match args.convention {
@@ -192,7 +197,9 @@ pub(super) fn run(args: &LobeArgs) -> Result<Outcome> {
     if let Some(path) = &args.output {
         match args.estimate {
             None => report.spectrum().write(path)?,
-            Some(samples) => convergence(args, samples, &estimate).write(path)?,
+            Some(samples) => report
+                .convergence(&args.sampling, samples, estimate)
+                .write(path)?,
         }
     }
     match args.json {
@@ -236,60 +243,12 @@ fn printed(exponent: f64, degree: usize) -> Vec<Table> {
         .collect()
 }
 
-/// Error and standard error of all coefficients together (root of the sum of squares, which is the error of the lobe as a
-/// function), root mean square over the exponents, against the number of samples.
-fn convergence(
-    args: &LobeArgs,
-    samples: u32,
-    estimate: &impl Fn(f64, Sampling, u32) -> (u64, Vec<Estimate>),
-) -> Plot {
-    let mut lines = Vec::new();
-    for (colour, &sampling) in args.sampling.0.iter().enumerate() {
-        let [mut errors, mut expected] = [Vec::new(), Vec::new()];
-        // Four times as many each time, up to what was asked for.
-        let fewer = std::iter::successors(Some(samples), |n| Some(n / 4).filter(|n| *n >= 64));
-        for samples in fewer.collect::<Vec<_>>().into_iter().rev() {
-            let [mut error, mut variance, mut taken] = [0.0; 3];
-            for &exponent in &args.exponent {
-                let (count, estimates) = estimate(exponent, sampling, samples);
-                let exact = exact(args.convention, exponent, args.bands);
-                for (estimate, exact) in estimates.iter().zip(exact) {
-                    error += (estimate.value - exact).powi(2);
-                    variance += estimate.standard_error.powi(2);
-                }
-                taken = count as f64;
-            }
-            let lobes = args.exponent.len() as f64;
-            errors.push((taken, (error / lobes).sqrt()));
-            expected.push((taken, (variance / lobes).sqrt()));
-        }
-        let line = |name, style, points| Line {
-            name: format!("{sampling}: {name}"),
-            colour,
-            style,
-            points,
-        };
-        lines.push(line("error", Style::Dotted, errors));
-        lines.push(line("standard error", Style::Dashed, expected));
-    }
-    let exponents: Vec<String> = args.exponent.iter().map(f64::to_string).collect();
-    let exponents = exponents.join(", ");
-    Plot {
-        title: format!(
-            "Phong lobe, exponent {exponents}: coefficients to degree {}",
-            args.bands
-        ),
-        x: Axis::new("samples", Scale::Logarithmic),
-        y: Axis::new("error of the coefficients", Scale::Logarithmic),
-        lines,
-    }
-}
-
 impl Estimated {
-    fn new(sampling: Sampling, samples: u64, estimates: &[Estimate], exact: &[f64]) -> Self {
+    fn new(sampling: Sampling, sums: &Sums, exact: &[f64]) -> Self {
+        let estimates = sums.estimates();
         Self {
             sampling: sampling.to_string(),
-            samples,
+            samples: sums.samples(),
             values: estimates.iter().map(|estimate| estimate.value).collect(),
             standard_errors: estimates
                 .iter()
@@ -305,6 +264,73 @@ impl Estimated {
 }
 
 impl LobeReport {
+    /// Error and standard error of all coefficients together (root of the sum of squares, which is the error of the lobe as a
+    /// function), root mean square over the lobes, against the number of samples: four times as many each time, up to the
+    /// estimates that are there.
+    fn convergence(
+        &self,
+        samplings: &Samplings,
+        samples: u32,
+        estimate: impl Fn(f64, &[f64], Sampling, u32) -> Estimated,
+    ) -> Plot {
+        let fewer = std::iter::successors(Some(samples / 4), |n| Some(n / 4));
+        let mut fewer: Vec<u32> = fewer.take_while(|n| *n >= 64).collect();
+        fewer.reverse();
+        let mut lines = Vec::new();
+        for (index, &sampling) in samplings.0.iter().enumerate() {
+            let [mut errors, mut expected] = [Vec::new(), Vec::new()];
+            let mut add = |estimates: &[Estimated]| {
+                let [mut error, mut variance, mut taken] = [0.0; 3];
+                for (estimate, lobe) in estimates.iter().zip(&self.lobes) {
+                    let values = estimate.values.iter().zip(&lobe.exact);
+                    error += values
+                        .map(|(value, exact)| (value - exact).powi(2))
+                        .sum::<f64>();
+                    let errors = estimate.standard_errors.iter();
+                    variance += errors.map(|error| error.powi(2)).sum::<f64>();
+                    taken = estimate.samples as f64;
+                }
+                let lobes = self.lobes.len() as f64;
+                errors.push((taken, (error / lobes).sqrt()));
+                expected.push((taken, (variance / lobes).sqrt()));
+            };
+            for &samples in &fewer {
+                let lobes = self.lobes.iter();
+                let made =
+                    lobes.map(|lobe| estimate(lobe.exponent, &lobe.exact, sampling, samples));
+                add(&made.collect::<Vec<_>>());
+            }
+            let made = self
+                .lobes
+                .iter()
+                .filter_map(|lobe| lobe.estimates.get(index));
+            add(&made.cloned().collect::<Vec<_>>());
+            let line = |name, style, points| Line {
+                name: format!("{sampling}: {name}"),
+                colour: index,
+                style,
+                points,
+            };
+            lines.push(line("error", Style::Dotted, errors));
+            lines.push(line("standard error", Style::Dashed, expected));
+        }
+        let exponents: Vec<String> = self
+            .lobes
+            .iter()
+            .map(|lobe| lobe.exponent.to_string())
+            .collect();
+        let lobes = match exponents.len() {
+            0..=MOST_LINES => format!("Phong lobe, exponent {}", exponents.join(", ")),
+            count => format!("{count} Phong lobes"),
+        };
+        Plot {
+            title: format!("{lobes}: coefficients to degree {}", self.l_max),
+            x: Axis::new("samples", Scale::Logarithmic),
+            y: Axis::new("error of the coefficients", Scale::Logarithmic),
+            lines,
+        }
+    }
+
     /// The exact coefficients against the degree.
     fn spectrum(&self) -> Plot {
         let line = |(colour, lobe): (usize, &Lobe)| Line {

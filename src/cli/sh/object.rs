@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::film::Raster;
 use crate::lanes::{Queue, Rgb, Rgbx8, Vec3x8, WIDTH, f32x8, u32x8};
 use crate::scene::camera::Camera;
-use crate::scene::description::{Description, Filter};
+use crate::scene::description::{Description, Filter, Maps};
 use crate::scene::{NONE, Scene, builtin, toml};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -39,10 +39,15 @@ const GRID: usize = 4;
 /// # Errors
 /// Those of the loaders.
 pub(super) fn open(shape: &str) -> Result<Description> {
-    match shape {
-        "sphere" => toml::parse(SPHERE, shape, None),
-        file => builtin::open(file),
+    let mut object = match shape {
+        "sphere" => toml::parse(SPHERE, shape, None)?,
+        file => builtin::open(file)?,
+    };
+    // Its form counts alone: without maps, nothing is cut out, and every mesh is in the opaque layer.
+    for named in &mut object.materials {
+        named.maps = Maps::default();
     }
+    Ok(object)
 }
 
 /// The picture of a scene whose every point sends out what `shade` gives for its normal, on the side that is seen, and the way
@@ -63,26 +68,29 @@ pub(super) fn picture(
         .ok_or_else(|| Error::Usage(format!("{} has no camera; add one", description.name)))?;
     let camera = Camera::new(&camera.camera, width, height, Filter::Box);
     let scene = Scene::compile(description);
-    let rows: Vec<Vec<Rgb>> = (0..height)
-        .into_par_iter()
-        .map_init(Stacks::default, |stacks, y| {
-            row(&scene, &camera, (width, y), &shade, stacks)
-        })
-        .collect();
-    Raster::new(width as usize, rows.into_iter().flatten().collect())
+    let mut pixels = vec![Rgb::BLACK; width as usize * height as usize];
+    pixels
+        .par_chunks_mut(width.max(1) as usize)
+        .zip(0..height)
+        .for_each_init(Stacks::default, |stacks, (pixels, y)| {
+            row(&scene, &camera, y, &shade, stacks, pixels);
+        });
+    Raster::new(width as usize, pixels)
 }
 
+/// Adds to the black pixels of row `y`.
 fn row(
     scene: &Scene,
     camera: &Camera,
-    (width, y): (u32, u32),
+    y: u32,
     shade: &impl Fn(Vec3x8, Vec3x8) -> Rgbx8,
     stacks: &mut Stacks,
-) -> Vec<Rgb> {
+    pixels: &mut [Rgb],
+) {
     let samples = GRID * GRID;
-    let mut rays: Queue<RayX8> = Queue::with_capacity(width as usize * samples);
+    let mut rays: Queue<RayX8> = Queue::with_capacity(pixels.len() * samples);
     let middle = |i: usize| f32x8::splat((i as f32 + 0.5) / GRID as f32);
-    for x in 0..width {
+    for x in 0..pixels.len() {
         for sample in 0..samples {
             let (x, y) = (f32x8::splat(x as f32), f32x8::splat(y as f32));
             let inside = (middle(sample % GRID), middle(sample / GRID));
@@ -105,7 +113,6 @@ fn row(
     if let Some(meshes) = &scene.meshes {
         meshes.opaque.tree.closest(&rays, &mut hits, stacks);
     }
-    let mut pixels = vec![Rgb::BLACK; width as usize];
     for (batch, ((live, ray), hit)) in rays.batches().zip(&mut hits).enumerate() {
         let (there, normal) = normals(scene, live, ray, hit);
         let towards = -ray.direction;
@@ -125,7 +132,6 @@ fn row(
             );
         }
     }
-    pixels
 }
 
 /// Where rays meet something, and its shading normals there.

@@ -3,6 +3,7 @@
 use super::super::Outcome;
 use super::super::args::{choice, exposure, threads};
 use super::super::outputs;
+use super::super::report::counted;
 use super::light;
 use crate::error::Result;
 use crate::film::tonemap::{Operator, Tonemap};
@@ -190,15 +191,15 @@ impl ProjectReport {
     /// For people.
     fn text(&self, probe: &Probe) -> String {
         let mut text = format!(
-            "{}: {}x{} pixels, read in {:.3} s\n{} coefficients to l_max = {} in {:.1} ms with {} threads\n",
+            "{}: {}x{} pixels, read in {:.3} s\n{} to l_max = {} in {:.1} ms with {}\n",
             self.image,
             self.width,
             self.height,
             self.read_s,
-            probe.coefficients.len(),
+            counted(probe.coefficients.len(), "coefficient"),
             probe.degree,
             self.project_s * 1e3,
-            self.threads,
+            counted(self.threads, "thread"),
         );
         if let Some(made) = &self.reconstruction {
             let fate = match (made.negative > 0.0, made.clamped) {

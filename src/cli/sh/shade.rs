@@ -2,7 +2,9 @@
 
 use super::super::Outcome;
 use super::super::args::{choice, exposure, size, threads};
+use super::super::memory;
 use super::super::outputs;
+use super::super::report::counted;
 use super::{light, object};
 use crate::error::{Error, Result};
 use crate::film::tonemap::{Operator, Tonemap};
@@ -28,6 +30,9 @@ off may have, are kept in the EXR and counted.";
 
 /// The most pixels of a picture.
 const MOST_PIXELS: u64 = 1 << 26;
+
+/// Bytes of a pixel: its colour, and three while the PNG is written.
+const PIXEL: u64 = 12 + 3;
 
 /// Shade an object by the double sum over light and lobe
 #[derive(Args, Debug)]
@@ -110,6 +115,11 @@ pub(super) fn run(args: &ShadeArgs) -> Result<Outcome> {
              {MOST_PIXELS}"
         )));
     }
+    memory::check_bytes(
+        u64::from(width) * u64::from(height) * PIXEL,
+        &format!("{width}x{height} pixels"),
+        "choose a smaller --size",
+    )?;
     let mut light = pool.install(|| light::open(&args.light, args.bands))?;
     if let Some(rotation) = &args.rotate {
         light = light.rotated(rotation);
@@ -134,10 +144,7 @@ pub(super) fn run(args: &ShadeArgs) -> Result<Outcome> {
     let (least, negative) = picture.negative();
     let report = ShadeReport {
         light: args.light.clone(),
-        bsdf: match args.bsdf {
-            Lobe::Cosine => "lambert".to_owned(),
-            lobe => lobe.to_string(),
-        },
+        bsdf: args.bsdf.surface(),
         shape: args.shape.clone(),
         l_max: light.degree,
         coefficients: light.coefficients.len(),
@@ -172,7 +179,7 @@ impl ShadeReport {
             false => String::new(),
         };
         format!(
-            "{} on {} ({}), l_max = {}: {}x{} pixels in {:.1} ms with {} threads\n{negative}wrote {}\n",
+            "{} on {} ({}), l_max = {}: {}x{} pixels in {:.1} ms with {}\n{negative}wrote {}\n",
             self.light,
             self.shape,
             self.bsdf,
@@ -180,7 +187,7 @@ impl ShadeReport {
             self.width,
             self.height,
             self.shade_s * 1e3,
-            self.threads,
+            counted(self.threads, "thread"),
             self.outputs.join(", "),
         )
     }

@@ -96,9 +96,6 @@ fn gradient(table: Table) -> Result<Environment> {
     })
 }
 
-/// The greatest magnitude of a coefficient: no sample of the film is larger.
-const GREATEST: f64 = 4_294_967_296.0;
-
 /// A light that is part of the program, by its name, or a file; and which.
 fn probe(value: Value, files: &mut Files) -> Result<(String, Probe)> {
     let named = value.text()?;
@@ -116,12 +113,9 @@ fn probe(value: Value, files: &mut Files) -> Result<(String, Probe)> {
             "sh {file}: holds light convolved with {lobe}, and an environment is radiance; name coefficients of radiance"
         )));
     }
-    let all = probe.coefficients.iter().flatten();
-    if let Some(large) = all.copied().find(|value| value.abs() > GREATEST) {
-        return Err(wrong(format!(
-            "sh {file}: has a coefficient of {large:e}, and 2^32 is the greatest; choose another unit"
-        )));
-    }
+    probe
+        .check_magnitude()
+        .map_err(|message| wrong(format!("sh {file}: {message}")))?;
     hash::add_file(&path, &mut files.hasher)
         .map_err(|error| wrong(format!("sh {file}: cannot read: {error}")))?;
     Ok((file.to_string(), probe))
