@@ -31,8 +31,8 @@ off may have, are kept in the EXR and counted.";
 /// The most pixels of a picture.
 const MOST_PIXELS: u64 = 1 << 26;
 
-/// Bytes of a pixel: its colour, and three while the PNG is written.
-const PIXEL: u64 = 12 + 3;
+/// Bytes of a pixel: its colour, and three and a little while files are written.
+const PIXEL: u64 = 12 + 4;
 
 /// Shade an object by the double sum over light and lobe
 #[derive(Args, Debug)]
