@@ -257,32 +257,34 @@ fn are_independent(a: &[f64], b: &[f64], what: &str) {
 }
 
 #[test]
-fn estimates_of_other_exponents_sizes_and_samplings_are_independent() {
+fn estimates_of_other_exponents_samplings_sizes_and_seeds_are_independent() {
+    const SEEDS: u64 = 60;
     let folder = folder();
-    let z = |seed: u32, size: u32| {
-        let line = format!(
-            "sh lobe --exponent 5,6 --bands 1 --estimate {size} --sampling uniform,stratified --seed {seed} --json"
-        );
+    // Of degree 1.
+    let z = |arguments: &str, seed: u64| -> Vec<f64> {
+        let line = format!("sh lobe --bands 1 --json --seed {seed} {arguments}");
         let json = ondine(&folder, &line).json();
-        let of = |lobe: usize, sampling: usize| {
-            let estimate = &json["lobes"][lobe]["estimates"][sampling];
-            estimate["z"][1].as_f64().unwrap()
-        };
-        [of(0, 0), of(1, 0), of(0, 1)]
+        let lobes = json["lobes"].as_array().unwrap().iter();
+        let estimates = lobes.flat_map(|lobe| lobe["estimates"].as_array().unwrap());
+        estimates
+            .map(|made| made["z"][1].as_f64().unwrap())
+            .collect()
     };
-    let mut scores: [Vec<f64>; 4] = Default::default();
-    for seed in 0..60 {
-        let ([five, six, stratified], [larger, ..]) = (z(seed, 1 << 20), z(seed, 1 << 21));
-        let all = [five, six, stratified, larger];
-        for (scores, z) in scores.iter_mut().zip(all) {
-            scores.push(z);
-        }
-    }
-    let [five, six, stratified, larger] = &scores;
-    are_independent(five, six, "exponents");
-    are_independent(five, stratified, "samplings");
-    are_independent(five, larger, "sizes");
+    let many = "--exponent 5,6 --estimate 8192 --sampling uniform,stratified";
+    let small: Vec<_> = (0..SEEDS).map(|seed| z(many, seed)).collect();
+    let of = |index: usize| small.iter().map(|z| z[index]).collect::<Vec<_>>();
+    let five = of(0);
+    are_independent(&five, &of(2), "exponents");
+    are_independent(&five, &of(1), "samplings");
     are_independent(&five[1..], &five[..59], "seeds");
+
+    // Sizes whose low bits are the same.
+    let of = |size: u32| {
+        let line = format!("--exponent 5 --sampling uniform --estimate {size}");
+        let all = (0..SEEDS).map(|seed| z(&line, seed)[0]);
+        all.collect::<Vec<_>>()
+    };
+    are_independent(&of(1 << 20), &of(1 << 21), "sizes");
 }
 
 #[test]
