@@ -58,6 +58,8 @@ impl Axis {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scale {
     Linear,
+    /// The same for whole numbers: nothing is marked between two.
+    Whole,
     /// Only what is above 0 can be shown.
     Logarithmic,
 }
@@ -170,7 +172,7 @@ impl Scale {
     /// Where a number lies on the axis; not finite where it cannot be shown.
     fn place(self, number: f64) -> f64 {
         match self {
-            Self::Linear => number,
+            Self::Linear | Self::Whole => number,
             Self::Logarithmic => libm::log10(number),
         }
     }
@@ -178,6 +180,7 @@ impl Scale {
     /// What stands at a labelled place.
     fn name(self, place: f64) -> String {
         match self {
+            Self::Whole => place.to_string(),
             Self::Linear if (1e-4..1e6).contains(&place.abs()) => {
                 // Multiples of a step: `0.30000000000000004` is 0.3.
                 (libm::round(place * 1e9) / 1e9).to_string()
@@ -219,17 +222,20 @@ impl Ticks {
         // Nothing to show, or one number alone.
         let (low, high) = match high - low {
             span if span > 0.0 => (low, high),
+            _ if low.is_finite() && scale == Scale::Whole => (low, low + 1.0),
             _ if low.is_finite() => (low - 0.5, low + 0.5),
             _ => (0.0, 1.0),
         };
         let step = match scale {
             Scale::Linear => round_step((high - low) / Self::LABELS),
+            Scale::Whole => round_step(((high - low) / Self::LABELS).max(1.0)),
             Scale::Logarithmic => ((high - low) / Self::LABELS).ceil(),
         };
         let (first, last) = ((low / step).floor(), (high / step).ceil());
         let labels = (last - first) as usize;
         let fine: &[f64] = match scale {
             Scale::Linear => &[0.2, 0.4, 0.6, 0.8],
+            Scale::Whole => &[],
             // Each power of ten, or what lies between two.
             Scale::Logarithmic if step > 1.0 => &[],
             Scale::Logarithmic => &[0.301, 0.477, 0.602, 0.699, 0.778, 0.845, 0.903, 0.954],
