@@ -346,4 +346,23 @@ mod tests {
             assert!(svg.len() < 50_000, "{points:?}: {} bytes", svg.len());
         }
     }
+
+    #[test]
+    fn whole_numbers_are_labelled_by_whole_numbers() {
+        for degree in [0, 1, 2, 7, 31, 128] {
+            let places = [0.0, f64::from(degree)];
+            let ticks = Ticks::new(Scale::Whole, places.into_iter());
+            let labels: Vec<String> = ticks
+                .labelled
+                .iter()
+                .map(|&x| ticks.format_ext(&x))
+                .collect();
+            assert!(
+                labels.iter().all(|label| label.parse::<u32>().is_ok()),
+                "{labels:?}"
+            );
+            assert!(ticks.between.is_empty() && labels.len() <= 10, "{labels:?}");
+            assert!(ticks.low == 0.0 && ticks.high >= places[1], "{labels:?}");
+        }
+    }
 }

@@ -7,7 +7,9 @@ use super::super::plot::{Axis, Line, Plot, Scale, Style};
 use super::super::progress::Progress;
 use super::super::report::seconds;
 use super::super::{Outcome, interrupt, print, print_json, say};
-use super::comparison::{Agreement, Comparison, LEAST_REGIONS, LEAST_SAMPLES, Row, Subject};
+use super::comparison::{
+    Agreement, Comparison, LEAST_REGIONS, LEAST_SAMPLES, LEAST_SPP, Row, Subject,
+};
 use super::{light, object};
 use crate::error::{Error, Result};
 use crate::film::exact::accepts;
@@ -53,7 +55,7 @@ pub(in crate::cli) struct CompareArgs {
     /// Greatest degree L of the light [default: all there is; 8 of an image]
     #[arg(long, value_name = "L", allow_negative_numbers = true, value_parser = super::bands)]
     pub bands: Option<usize>,
-    /// Samples per pixel, 2 or more: their spread is the noise
+    /// Samples per pixel, 4 or more: their spread is the noise
     #[arg(long, value_name = "N", default_value_t = 256, allow_negative_numbers = true, value_parser = samples)]
     pub spp: u32,
     /// Width and height in pixels
@@ -302,7 +304,7 @@ impl CompareArgs {
 
 fn samples(text: &str) -> std::result::Result<u32, String> {
     let most = MAX_SAMPLES as usize;
-    within(text, 2, most).map(|samples| samples as u32)
+    within(text, LEAST_SPP, most).map(|samples| samples as u32)
 }
 
 fn csv(comparison: &Comparison) -> String {

@@ -14,8 +14,12 @@ use std::sync::Arc;
 
 /// Regions on a side of the image, for the test of agreement.
 const REGIONS: usize = 12;
-/// The fewest regions that tell anything, and the fewest samples of a region that counts.
+/// The fewest regions that tell anything.
 pub(super) const LEAST_REGIONS: usize = 12;
+/// The fewest samples of a pixel, and of a region that counts: with fewer the spread of the samples is no measure of the
+/// error. Of 960 comparisons (four lights, four lobes, 16 to 100 pixels a side, 2 to 32 samples) regions of 32 to 63 samples
+/// were up to 6 standard errors off and those of 4 to 7 up to 59; of 29,000 regions from these numbers up, none beyond 4.7.
+pub(super) const LEAST_SPP: usize = 4;
 pub(super) const LEAST_SAMPLES: u64 = 64;
 /// Of the root mean square of the light: what single precision leaves apart where there is no noise.
 const ROUNDING: f64 = 2e-6;
@@ -315,7 +319,7 @@ impl Agreement {
             .collect();
         let all = || scores.iter().flatten();
         let n = all().count() as f64;
-        let greatest = all().fold(0.0, |most: f64, z| most.max(z.abs()));
+        let greatest = all().map(|z| z.abs()).reduce(f64::max).unwrap_or(f64::NAN);
         let variance = all().map(|z| z * z).sum::<f64>() / n;
         // Channels go together: as many numbers as regions. Their mean square is χ²/n, of variance 2/n.
         let most = 1.0 + 4.0 * (2.0 / scores.len() as f64).sqrt();
