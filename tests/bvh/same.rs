@@ -2,7 +2,7 @@
 
 use crate::common::Random;
 use crate::rays::{Ray, closest, occluded, tree};
-use crate::scenes::{below, corners, mixed, mixed_sturdy, placed, soup};
+use crate::scenes::{below, corners, mixed, mixed_sturdy, placed, point, soup};
 use crate::{PLAIN, QUALITIES, rays_at};
 use ondine::bvh::{Bvh, Hit, Instance, NO_TRIANGLE, Quality};
 use ondine::scene::mesh::Mesh;
@@ -215,4 +215,39 @@ fn short_rays_and_negative_zeros_meet_in_company_what_they_meet_alone() {
         }
     }
     assert!(met > 100, "{met} of 384 rays are no test");
+}
+
+#[test]
+fn neighbours_that_part_meet_together_what_each_meets_alone() {
+    let mut random = Random::new(216);
+    // Few triangles, and a tree of many: rays are sorted by direction in one, and go down together in the other.
+    for count in [50, 250] {
+        let mesh = [mixed_sturdy(&mut random, count)];
+        let bvh = tree(&mesh, &[PLAIN], Quality::Fast);
+        let mut rays = Vec::new();
+        // Eight and more from nearly one place: all around, and towards a lamp that is wide.
+        for place in 0..60 {
+            let origin = point(&mut random, 1.0);
+            for i in 0..17 {
+                let origin = origin + 1e-3 * point(&mut random, 1.0);
+                let towards = match place % 2 {
+                    0 => point(&mut random, 1.0),
+                    _ => glam::Vec3::new(0.0, 3.0, 0.0) + point(&mut random, 1.0) - origin,
+                };
+                let ray = Ray::new(origin, towards);
+                let farthest = if i % 3 == 0 { 0.9 } else { f32::INFINITY };
+                rays.push(Ray { farthest, ..ray });
+            }
+        }
+        let (hits, any) = (closest(&bvh, &rays), occluded(&bvh, &rays));
+        let alone: Vec<Hit> = rays.iter().map(|&ray| closest(&bvh, &[ray])[0]).collect();
+        assert_same(&hits, &alone, &rays, "together");
+        let met: Vec<bool> = alone
+            .iter()
+            .map(|hit| hit.triangle != NO_TRIANGLE)
+            .collect();
+        assert_eq!(any, met);
+        let met = met.iter().filter(|&&met| met).count();
+        assert!((100..900).contains(&met), "{met} of 1020 rays are no test");
+    }
 }
