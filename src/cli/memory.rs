@@ -12,24 +12,25 @@ const AOV: u64 = 16;
 /// ray to a light, encounters, what it takes to trace them and what they gather.
 const PATH: u64 = 1536;
 
+/// For so many images at a time; `remedy` says what makes them smaller.
+///
 /// # Errors
 /// [`Error::Usage`] where the render needs more memory than the machine has to give. `Ok` where it does not tell.
-pub(super) fn check(settings: &Settings) -> Result<()> {
+pub(super) fn check(settings: &Settings, images: usize, remedy: &str) -> Result<()> {
     match available() {
-        Some(available) => fits(settings, available),
+        Some(available) => fits(settings, images, remedy, available),
         None => Ok(()),
     }
 }
 
-fn fits(settings: &Settings, available: u64) -> Result<()> {
-    let (film, queues) = (film(settings), queues(settings));
+fn fits(settings: &Settings, images: usize, remedy: &str, available: u64) -> Result<()> {
+    let (film, queues) = (film(settings) * images as u64, queues(settings));
     let free = gibibytes(available);
     if film > available {
         let (width, height) = (settings.region.width(), settings.region.height());
         let needed = gibibytes(film);
         return Err(Error::Usage(format!(
-            "{width}x{height} pixels need about {needed} of memory and {free} are free; choose a smaller --size, or \
-             render parts with --crop"
+            "{width}x{height} pixels need about {needed} of memory and {free} are free; {remedy}"
         )));
     }
     if queues > available - film {
@@ -100,7 +101,8 @@ mod tests {
         let scene = builtin::find("cornell").unwrap().load().unwrap();
         let mut settings = Settings::of(&scene);
         let refusal = |settings: &Settings, available| {
-            let message = fits(settings, available).map_err(|error| error.to_string());
+            let fits = fits(settings, 1, "choose a smaller --size", available);
+            let message = fits.map_err(|error| error.to_string());
             message.err().unwrap_or_default()
         };
         assert_eq!(refusal(&settings, 1 << 30), "");

@@ -148,12 +148,18 @@ fn misnamed(option: &str, path: &Path, example: &str, what: &str) -> Error {
     ))
 }
 
-/// `sky.toml` with `image = "sky.exr"` would by default be rendered over its own sky.
-fn spare_inputs(output: &Path, scene: &Description) -> Result<()> {
-    let Some(Environment::Image { image, .. }) = &scene.environment else {
-        return Ok(());
+/// Makes sure that a file is not the one that the environment is read from: `sky.toml` with `image = "sky.exr"` would by
+/// default be rendered over its own sky.
+///
+/// # Errors
+/// [`Error::Usage`] where it is.
+pub(super) fn spare_inputs(output: &Path, scene: &Description) -> Result<()> {
+    let input = match &scene.environment {
+        Some(Environment::Image { image, .. }) => &image.file,
+        Some(Environment::Harmonics(harmonics)) => &harmonics.source,
+        _ => return Ok(()),
     };
-    if is_same(output, Path::new(&image.file)) {
+    if is_same(output, Path::new(input)) {
         return Err(Error::Usage(format!(
             "{}: the scene's environment is read from this file; name another output with -o",
             output.display()

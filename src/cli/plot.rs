@@ -61,6 +61,8 @@ impl Axis {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scale {
     Linear,
+    /// The same for whole numbers: nothing is marked between two.
+    Whole,
     /// Only what is above 0 can be shown.
     Logarithmic,
 }
@@ -173,7 +175,7 @@ impl Scale {
     /// Where a number lies on the axis; not finite where it cannot be shown.
     fn place(self, number: f64) -> f64 {
         match self {
-            Self::Linear => number,
+            Self::Linear | Self::Whole => number,
             Self::Logarithmic => libm::log10(number),
         }
     }
@@ -181,6 +183,7 @@ impl Scale {
     /// What stands at a labelled place.
     fn name(self, place: f64) -> String {
         match self {
+            Self::Whole => place.to_string(),
             Self::Linear if (1e-4..1e6).contains(&place.abs()) => {
                 // Multiples of a step: `0.30000000000000004` is 0.3.
                 (libm::round(place * 1e9) / 1e9).to_string()
@@ -222,17 +225,20 @@ impl Ticks {
         // Nothing to show, or one number alone.
         let (low, high) = match high - low {
             span if span > 0.0 => (low, high),
+            _ if low.is_finite() && scale == Scale::Whole => (low, low + 1.0),
             _ if low.is_finite() => (low - 0.5, low + 0.5),
             _ => (0.0, 1.0),
         };
         let step = match scale {
             Scale::Linear => round_step((high - low) / Self::LABELS),
+            Scale::Whole => round_step(((high - low) / Self::LABELS).max(1.0)),
             Scale::Logarithmic => ((high - low) / Self::LABELS).ceil(),
         };
         let (first, last) = ((low / step).floor(), (high / step).ceil());
         let labels = (last - first) as usize;
         let fine: &[f64] = match scale {
             Scale::Linear => &[0.2, 0.4, 0.6, 0.8],
+            Scale::Whole => &[],
             // Each power of ten, or what lies between two.
             Scale::Logarithmic if step > 1.0 => &[],
             Scale::Logarithmic => &[0.301, 0.477, 0.602, 0.699, 0.778, 0.845, 0.903, 0.954],
@@ -341,6 +347,25 @@ mod tests {
             assert!(svg.ends_with("</svg>\n"), "{points:?}");
             assert!(!svg.contains("NaN"), "{points:?}");
             assert!(svg.len() < 50_000, "{points:?}: {} bytes", svg.len());
+        }
+    }
+
+    #[test]
+    fn whole_numbers_are_labelled_by_whole_numbers() {
+        for degree in [0, 1, 2, 7, 31, 128] {
+            let places = [0.0, f64::from(degree)];
+            let ticks = Ticks::new(Scale::Whole, places.into_iter());
+            let labels: Vec<String> = ticks
+                .labelled
+                .iter()
+                .map(|&x| ticks.format_ext(&x))
+                .collect();
+            assert!(
+                labels.iter().all(|label| label.parse::<u32>().is_ok()),
+                "{labels:?}"
+            );
+            assert!(ticks.between.is_empty() && labels.len() <= 10, "{labels:?}");
+            assert!(ticks.low == 0.0 && ticks.high >= places[1], "{labels:?}");
         }
     }
 }

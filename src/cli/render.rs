@@ -22,7 +22,11 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     }
     let settings = settings(args, &scene);
     settings.check()?;
-    memory::check(&settings)?;
+    memory::check(
+        &settings,
+        1,
+        "choose a smaller --size, or render parts with --crop",
+    )?;
     let outputs = Outputs::new(args.output.as_deref(), !args.no_png, &scene)?;
 
     let stop = interrupt::listen();

@@ -1,7 +1,12 @@
 //! Light probes: points that look all around, and keep the light that arrives as spherical harmonics.
 //!
 //! A probe is a sensor like a camera, and its waves are those of a render. In place of the film each path's radiance is
-//! projected: `4π L(d) Yₗₘ(d)` for a direction d drawn uniformly over the sphere. The samples come in [`SETS`] sets with
+//! projected: `4π L(d) Yₗₘ(d)` for a direction d drawn uniformly over the sphere. ∫ Yₗₘ is 0 for l > 0, so there a constant may
+//! be taken from L without a change of the mean: the mean radiance, and only what differs from it makes noise (control
+//! variates: Owen 2013, "Monte Carlo theory, methods and examples", sec. 8.9). Light that is the same from everywhere has
+//! no other coefficient, to rounding.
+//!
+//! The samples come in [`SETS`] sets with
 //! independent random numbers: their means estimate the coefficients, and their spread the standard errors, whether samples
 //! within a set are independent or not.
 
@@ -245,13 +250,14 @@ impl Plan {
     }
 }
 
-/// Σ L(d) Yₗₘ(d) over the samples of a set.
+/// Σ L(d) Yₗₘ(d) and Σ Yₗₘ(d) over the samples of a set.
 struct Set {
     number: u32,
     kept: u32,
     rejected: u64,
-    /// For each coefficient and channel, by lane: samples are added in their order, whatever the waves.
-    sums: Vec<[[f64x4; 2]; 3]>,
+    /// For each coefficient, of each channel and of the basis alone, by lane: samples are added in their order, whatever the
+    /// waves.
+    sums: Vec<[[f64x4; 2]; 4]>,
 }
 
 impl Set {
@@ -260,7 +266,7 @@ impl Set {
             number,
             kept: 0,
             rejected: 0,
-            sums: vec![[[f64x4::ZERO; 2]; 3]; coefficients(degree)],
+            sums: vec![[[f64x4::ZERO; 2]; 4]; coefficients(degree)],
         }
     }
 
@@ -280,11 +286,12 @@ impl Set {
             let path = ctx.sampler.path_key(pixel, sample);
             basis.evaluate(&probe_directions(ctx.sampler, path), values);
 
-            let mut channels = [[0.0; WIDTH]; 3];
+            let mut channels = [[0.0; WIDTH]; 4];
             for (lane, path) in paths.iter().enumerate() {
                 if path[..3].iter().all(|&x| accepts(x)) {
                     self.kept += 1;
                     (0..3).for_each(|c| channels[c][lane] = path[c]);
+                    channels[3][lane] = 1.0;
                 } else {
                     self.rejected += 1;
                 }
@@ -300,13 +307,37 @@ impl Set {
         }
     }
 
-    /// The coefficients that the set alone estimates.
-    fn estimates(&self) -> impl Iterator<Item = [f64; 3]> {
-        let scale = 4.0 * PI / f64::from(self.kept.max(1));
+    /// The sums of each coefficient.
+    fn totals(&self) -> impl Iterator<Item = [f64; 4]> {
         self.sums
             .iter()
-            .map(move |sums| sums.map(|[low, high]| (low + high).reduce_add() * scale))
+            .map(|sums| sums.map(|[low, high]| (low + high).reduce_add()))
     }
+
+    /// The coefficients that the set estimates, with the mean radiance as the others found it: theirs is independent of the
+    /// set's samples, so the estimate is right in the mean, as with its own it would not be.
+    fn estimates(&self, others: [f64; 3]) -> Vec<[f64; 3]> {
+        let scale = 4.0 * PI / f64::from(self.kept.max(1));
+        let totals = self.totals().enumerate();
+        let estimate = |(i, [r, g, b, basis]): (usize, [f64; 4])| {
+            let control = if i == 0 { 0.0 } else { basis };
+            let [x, y, z] = others.map(|mean| mean * control);
+            [r - x, g - y, b - z].map(|sum| sum * scale)
+        };
+        totals.map(estimate).collect()
+    }
+}
+
+/// Mean radiance of all sets but one.
+fn mean_of_others(sets: &[Set], number: u32) -> [f64; 3] {
+    let mut sums = [0.0; 4];
+    let others = sets.iter().filter(|set| set.number != number);
+    // Y₀₀ is constant.
+    for total in others.filter_map(|set| set.totals().next()) {
+        (0..4).for_each(|i| sums[i] += total[i]);
+    }
+    let [r, g, b, basis] = sums;
+    [r, g, b].map(|sum| if basis > 0.0 { sum / basis } else { 0.0 })
 }
 
 /// A probe: its sets until all are there, then what they say.
@@ -327,17 +358,21 @@ impl Slot {
         let mut sets = std::mem::take(&mut self.sets);
         sets.sort_by_key(|set| set.number);
         self.rejected = sets.iter().map(|set| set.rejected).sum();
+        let estimates: Vec<Vec<[f64; 3]>> = sets
+            .iter()
+            .map(|set| set.estimates(mean_of_others(&sets, set.number)))
+            .collect();
         let n = f64::from(SETS);
-        let mut sum = vec![[0.0; 3]; sets[0].sums.len()];
-        for set in &sets {
-            for (sum, estimate) in sum.iter_mut().zip(set.estimates()) {
+        let mut sum = vec![[0.0; 3]; estimates[0].len()];
+        for estimates in &estimates {
+            for (sum, estimate) in sum.iter_mut().zip(estimates) {
                 (0..3).for_each(|c| sum[c] += estimate[c]);
             }
         }
         let mean: Vec<[f64; 3]> = sum.iter().map(|sum| sum.map(|sum| sum / n)).collect();
         let mut squares = vec![[0.0; 3]; mean.len()];
-        for set in &sets {
-            for ((square, mean), estimate) in squares.iter_mut().zip(&mean).zip(set.estimates()) {
+        for estimates in &estimates {
+            for ((square, mean), estimate) in squares.iter_mut().zip(&mean).zip(estimates) {
                 for c in 0..3 {
                     let off = estimate[c] - mean[c];
                     square[c] += off * off;

@@ -5,6 +5,7 @@ use super::description;
 use crate::lanes::{Rgb, Rgbx8, Vec3x8, WIDTH, f32x8, sin_cos_turns};
 use crate::sampling::warp::Pair;
 use crate::sh::Series;
+use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// Rows of the grid that directions are drawn by, for each degree: half a wave of the highest degree spans about four.
@@ -33,7 +34,8 @@ impl Harmonics {
         let series = environment.series();
         let grid = Grid::new(environment.probe.degree);
         let radiance = |d| clamped(series.evaluate(d), environment.clamp);
-        let mut weights: Vec<f64> = grid.values(radiance).map(magnitude).collect();
+        let values = grid.values(radiance).into_iter();
+        let mut weights: Vec<f64> = values.map(magnitude).collect();
         let mean = (0..weights.len())
             .map(|index| weights[index] * grid.solid_angle(index))
             .sum::<f64>()
@@ -102,7 +104,8 @@ impl description::Harmonics {
         let (series, grid) = (self.series(), Grid::new(self.probe.degree));
         let mut part = 0.0;
         let mut least = f32::INFINITY;
-        for (index, Rgb { r, g, b }) in grid.values(|d| series.evaluate(d)).enumerate() {
+        let values = grid.values(|d| series.evaluate(d)).into_iter();
+        for (index, Rgb { r, g, b }) in values.enumerate() {
             let value = r.min(g).min(b);
             least = least.min(value);
             if value < 0.0 {
@@ -141,21 +144,23 @@ impl Grid {
         }
     }
 
-    /// A colour at the middle of each cell, row-major.
-    fn values(&self, colour: impl Fn(Vec3x8) -> Rgbx8) -> impl Iterator<Item = Rgb> {
+    /// A colour at the middle of each cell, row-major. The threads are those of the current rayon pool; they change no bit.
+    fn values(&self, colour: impl Fn(Vec3x8) -> Rgbx8 + Sync) -> Vec<Rgb> {
         let columns = 2 * self.rows;
-        (0..columns * self.rows / WIDTH).flat_map(move |batch| {
+        let batch = |row: usize, batch: usize| {
+            let theta = PI * (row as f64 + 0.5) / self.rows as f64;
+            let (sin, cos) = (libm::sin(theta), libm::cos(theta));
             let directions: [[f32; 3]; WIDTH] = std::array::from_fn(|lane| {
-                let index = batch * WIDTH + lane;
-                let theta = PI * ((index / columns) as f64 + 0.5) / self.rows as f64;
-                let phi = TAU * ((index % columns) as f64 + 0.5) / columns as f64;
-                let (sin, cos) = (libm::sin(theta), libm::cos(theta));
+                let column = batch * WIDTH + lane;
+                let phi = TAU * (column as f64 + 0.5) / columns as f64;
                 [sin * libm::sin(phi), cos, -sin * libm::cos(phi)].map(|c| c as f32)
             });
             let [x, y, z] = [0, 1, 2].map(|axis| f32x8::new(directions.map(|d| d[axis])));
             let colours = colour(Vec3x8::new(x, y, z));
             (0..WIDTH).map(move |lane| colours.lane(lane))
-        })
+        };
+        let row = |row| (0..columns / WIDTH).flat_map(move |number| batch(row, number));
+        (0..self.rows).into_par_iter().flat_map_iter(row).collect()
     }
 
     /// Steradians of a cell.

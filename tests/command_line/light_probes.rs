@@ -124,7 +124,7 @@ fn a_probe_that_cannot_be_baked_is_refused() {
         ),
         ("cornell --at 0,nan,0", &["--at", "three finite numbers"]),
         ("cornell --at 1e39,0,0", &["--at", "three finite numbers"]),
-        ("cornell", &["--at <x,y,z>"]),
+        ("cornell", &["--at <x,y,z>", "--grid"]),
         (
             "cornell --at 0,0,0 --grid 0,0,0:1,1,1:2,2,2",
             &["--grid", "cannot be used with"],
@@ -150,7 +150,7 @@ fn a_probe_that_cannot_be_baked_is_refused() {
             "cornell --at 0,0,0 --bands -1",
             &["--bands", "from 0 to 128"],
         ),
-        ("cornell --at 0,0,0 --spp 0", &["spp", "is 0", "1 to"]),
+        ("cornell --at 0,0,0 --spp 0", &["--spp", "from 1 to"]),
         ("cornell --at 0,0,0 --path-length 0", &["path length is 0"]),
         (
             "cornell --at 0,0,0 --threads 0",
@@ -283,6 +283,10 @@ fn the_comparison_writes_a_table_a_plot_and_a_strip_and_finds_that_the_two_agree
 #[test]
 fn a_comparison_that_cannot_be_made_is_refused() {
     let folder = folder();
+    for (name, scale) in [("black", 0.0), ("vast", 1e290), ("bright", 0.9)] {
+        scaled(&folder, name, scale);
+    }
+    std::fs::write(folder.path().join("file"), "").unwrap();
     let cases: &[(&str, &[&str])] = &[
         (
             "--light graze --bsdf lambert",
@@ -297,7 +301,38 @@ fn a_comparison_that_cannot_be_made_is_refused() {
             "--light grace --bsdf lambert --bands 3",
             &["coefficients to degree 2"],
         ),
-        ("--light grace --bsdf lambert --spp 0", &["spp", "is 0"]),
+        (
+            "--light grace --bsdf lambert --spp 1",
+            &["--spp", "from 4 to"],
+        ),
+        (
+            "--light grace --bsdf lambert --shape cornell --size 16x16",
+            &["cornell: no light of the environment reaches it", "--shape"],
+        ),
+        (
+            "--light grace --bsdf phong:9 --shape glass --size 16x16",
+            &["glass: no light of the environment reaches it", "--shape"],
+        ),
+        (
+            "--light black.json --bsdf lambert",
+            &["black.json is black"],
+        ),
+        (
+            "--light vast.json --bsdf lambert",
+            &["vast.json is not finite or not below 2^32"],
+        ),
+        (
+            "--light bright.json --bsdf lambert --size 32x32 --spp 64",
+            &["samples are not finite or not below 2^32"],
+        ),
+        (
+            "--light grace --bsdf lambert -o file",
+            &["-o file: this is a file; name a folder"],
+        ),
+        (
+            "--light grace --bsdf lambert -o file/folder",
+            &["-o file/folder: ", "name a folder"],
+        ),
         (
             "--light grace --bsdf lambert --size 1x1 --spp 64",
             &["covers no pixel of 1x1", "--size"],
@@ -311,4 +346,79 @@ fn a_comparison_that_cannot_be_made_is_refused() {
     for (arguments, words) in cases {
         refuses(&folder, &format!("sh compare {arguments}"), words);
     }
+}
+
+/// A file of coefficients, all the same: 2^32 times `scale`.
+fn scaled(folder: &tempfile::TempDir, name: &str, scale: f64) {
+    let file = serde_json::json!({
+        "format": "ondine-sh",
+        "version": 1,
+        "convention": ondine::sh::CONVENTION,
+        "quantity": "radiance",
+        "l_max": 20,
+        "coefficients": vec![[scale * 4_294_967_296.0; 3]; 441],
+    });
+    let path = folder.path().join(format!("{name}.json"));
+    std::fs::write(path, file.to_string()).unwrap();
+}
+
+#[test]
+fn too_few_samples_are_no_verdict() {
+    let folder = folder();
+    let line = "sh compare --light grace --bsdf lambert --size 16x16 --spp 8";
+    let run = ondine(&folder, line);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(
+        run.stdout.contains("cannot tell") && run.stdout.contains("greater --size or --spp"),
+        "{}",
+        run.stdout
+    );
+    assert!(!run.stdout.contains("they "), "{}", run.stdout);
+    let report = ondine(&folder, &format!("{line} --json")).json();
+    assert_eq!(report["agreement"]["agrees"], Value::Null);
+    assert_eq!(report["agreement"]["regions"], 0);
+    assert_eq!(report["agreement"]["greatest_z"], Value::Null);
+}
+
+#[test]
+fn what_has_no_noise_agrees_by_rounding_alone() {
+    let folder = folder();
+    let line = "sh compare --light grace --bands 0 --bsdf lambert --strategy cosine --size 48x48 --spp 16 --json";
+    let agreement = &ondine(&folder, line).json()["agreement"];
+    assert_eq!(agreement["agrees"], true, "{agreement:#}");
+    assert!(
+        agreement["variance_z"].as_f64().unwrap() < 0.1,
+        "{agreement:#}"
+    );
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_found_before_the_work_and_none_is_written() {
+    let folder = folder();
+    std::fs::create_dir_all(folder.path().join("out/difference.csv")).unwrap();
+    // Millions of samples: the refusal comes before them.
+    let compare = "sh compare --light grace --bsdf lambert --size 4096x64 --spp 1000000";
+    refuses(
+        &folder,
+        &format!("{compare} -o out"),
+        &["out/difference.csv: cannot write: it is a folder"],
+    );
+    assert_eq!(names(&folder.path().join("out")), ["difference.csv"]);
+
+    let bake = "sh probe a.toml --at 0,0,3 --spp 100000000";
+    let sky = ondine(&folder, "scenes sh-grace").stdout;
+    let light = "sh probe cornell --at 0,0,0 --spp 16 -o sky.json";
+    assert_eq!(ondine(&folder, light).code, 0);
+    let scene = sky.replace("sh = \"grace\"", "sh = \"sky.json\"");
+    std::fs::write(folder.path().join("a.toml"), &scene).unwrap();
+    let cases = [
+        ("nowhere/probe.json", "mkdir -p nowhere"),
+        ("a.toml", "a.toml: this file is read; name another output"),
+        ("./sky.json", "environment is read from this file"),
+    ];
+    for (output, words) in cases {
+        refuses(&folder, &format!("{bake} -o {output}"), &[words]);
+    }
+    let kept = std::fs::read_to_string(folder.path().join("a.toml")).unwrap();
+    assert_eq!(kept, scene);
 }

@@ -79,6 +79,25 @@ fn a_probe_in_a_furnace_is_constant() {
 }
 
 #[test]
+fn light_that_is_the_same_from_everywhere_has_one_coefficient_to_rounding() {
+    let grey = ondine::lanes::Rgb::new(0.7, 0.3, 1.9);
+    let description = empty(Some(Environment::Constant(grey)));
+    for sampler in [SamplerKind::Pcg, SamplerKind::Sobol] {
+        let mut settings = settings(&description, (8, 8), 64);
+        settings.sampler = sampler;
+        let probe = &baked(&description, &[Vec3::ZERO], 4, &settings).probes[0].probe;
+        let errors = probe.standard_errors.as_ref().unwrap();
+        for (coefficient, error) in probe.coefficients.iter().zip(errors).skip(1) {
+            let most = coefficient.iter().chain(error).map(|x| x.abs());
+            assert!(
+                most.fold(0.0, f64::max) < 2e-6,
+                "{coefficient:?} ± {error:?}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_probe_under_a_sky_has_the_coefficients_of_the_sky() {
     let want = light();
     let sky = Environment::Harmonics(Harmonics {

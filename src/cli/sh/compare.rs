@@ -1,19 +1,24 @@
 //! `ondine sh compare`: the double sum against rays.
 
-use super::super::args::{choice, size, threads, whole};
+use super::super::args::{choice, size, threads, whole, within};
+use super::super::memory;
+use super::super::outputs;
 use super::super::plot::{Axis, Line, Plot, Scale, Style};
 use super::super::progress::Progress;
 use super::super::report::seconds;
 use super::super::{Outcome, interrupt, print, print_json, say};
-use super::comparison::{Agreement, Comparison, Row, Subject};
+use super::comparison::{
+    Agreement, Comparison, LEAST_REGIONS, LEAST_SAMPLES, LEAST_SPP, Row, Subject,
+};
 use super::{light, object};
 use crate::error::{Error, Result};
+use crate::film::exact::accepts;
 use crate::film::tonemap::Tonemap;
-use crate::film::write_whole;
+use crate::film::{MAX_SAMPLES, write_whole};
 use crate::render::{Control, Settings, all_processors, workers};
 use crate::scene::description::{SamplerKind, Strategy};
 use crate::scene::lat_long;
-use crate::sh::Lobe;
+use crate::sh::{Lobe, Probe};
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -50,8 +55,8 @@ pub(in crate::cli) struct CompareArgs {
     /// Greatest degree L of the light [default: all there is; 8 of an image]
     #[arg(long, value_name = "L", allow_negative_numbers = true, value_parser = super::bands)]
     pub bands: Option<usize>,
-    /// Samples per pixel
-    #[arg(long, value_name = "N", default_value_t = 256, allow_negative_numbers = true, value_parser = whole::<u32>)]
+    /// Samples per pixel, 4 or more: their spread is the noise
+    #[arg(long, value_name = "N", default_value_t = 256, allow_negative_numbers = true, value_parser = samples)]
     pub spp: u32,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "160x160", allow_hyphen_values = true, value_parser = size)]
@@ -115,6 +120,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
     let threads = args.threads.unwrap_or_else(all_processors);
     let pool = workers(threads)?;
     let light = pool.install(|| light::open(&args.light, args.bands))?;
+    shines(&args.light, &light)?;
     let image = match light::is_exr(Path::new(&args.light)) {
         true => Some(Arc::new(lat_long::read(Path::new(&args.light))?)),
         false => None,
@@ -127,7 +133,11 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
     };
     let settings = args.settings(&subject, threads);
     settings.check()?;
-    super::super::memory::check(&settings)?;
+    memory::check(&settings, subject.held(), "choose a smaller --size")?;
+    let files = match &args.output {
+        Some(folder) => Some(args.files(folder, &subject)?),
+        None => None,
+    };
 
     let paths = settings.region.pixels() as u64 * u64::from(settings.spp) * subject.images();
     let progress = Progress::new(&args.light, paths, None, args.quiet);
@@ -141,35 +151,20 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
         say("interrupted before the last image; nothing was written");
         return Ok(Outcome::Interrupted);
     };
-    let pixels = comparison
-        .covered
-        .iter()
-        .filter(|covered| **covered)
-        .count();
-    if pixels == 0 {
-        return Err(Error::Usage(format!(
-            "{} covers no pixel of {}x{} wholly; choose a greater --size, or an object that the camera sees",
-            args.shape, args.size.0, args.size.1
-        )));
-    }
+    let pixels = comparison.covered.iter().filter(|covered| **covered);
+    let pixels = pixels.count();
 
     let (strip, gains) = comparison.strip()?;
-    let mut outputs = Vec::new();
-    if let Some(folder) = &args.output {
-        std::fs::create_dir_all(folder).map_err(|source| Error::Write {
-            path: folder.clone(),
-            source,
-        })?;
-        let path = |name: &str| folder.join(name);
-        strip.write_png(&path("strip.png"), Tonemap::default())?;
-        args.plot(&comparison).write(&path("difference.svg"))?;
-        let csv = csv(&comparison);
-        write_whole(&path("difference.csv"), |file| {
-            file.write_all(csv.as_bytes())
-        })?;
-        let names = ["strip.png", "difference.svg", "difference.csv"];
-        outputs.extend(names.map(|name| path(name).display().to_string()));
+    if let Some([png, svg, table]) = &files {
+        strip.write_png(png, Tonemap::default())?;
+        args.plot(&comparison).write(svg)?;
+        let text = csv(&comparison);
+        write_whole(table, |file| file.write_all(text.as_bytes()))?;
     }
+    let outputs = files
+        .iter()
+        .flatten()
+        .map(|path| path.display().to_string());
     let found = comparison
         .views
         .iter()
@@ -196,7 +191,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
         estimators: found.collect(),
         by_degree: comparison.rows,
         agreement: comparison.agreement,
-        outputs,
+        outputs: outputs.collect(),
     };
     match args.json {
         true => print_json(&report)?,
@@ -205,7 +200,46 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+/// Refuses light that there is nothing to compare of.
+fn shines(name: &str, light: &Probe) -> Result<()> {
+    let all = || {
+        light
+            .coefficients
+            .iter()
+            .flatten()
+            .map(|&value| value as f32)
+    };
+    if all().all(|value| value == 0.0) {
+        return Err(Error::Usage(format!(
+            "{name} is black; choose a --light that shines"
+        )));
+    }
+    match all().all(accepts) {
+        true => Ok(()),
+        false => Err(Error::Usage(format!(
+            "a coefficient of {name} is not finite or not below 2^32; choose another unit for the light"
+        ))),
+    }
+}
+
 impl CompareArgs {
+    /// The folder is made, and each of its files can be written.
+    fn files(&self, folder: &Path, subject: &Subject) -> Result<[PathBuf; 3]> {
+        let wrong = |what: &dyn std::fmt::Display| {
+            Error::Usage(format!("-o {}: {what}; name a folder", folder.display()))
+        };
+        if folder.is_file() {
+            return Err(wrong(&"this is a file"));
+        }
+        std::fs::create_dir_all(folder).map_err(|error| wrong(&error.kind()))?;
+        let files = ["strip.png", "difference.svg", "difference.csv"].map(|name| folder.join(name));
+        for file in &files {
+            outputs::spare_inputs(file, &subject.object)?;
+            outputs::writable(file, &[Path::new(&self.light), Path::new(&self.shape)])?;
+        }
+        Ok(files)
+    }
+
     /// Independent samples: their variance is what the film says it is. Direct light: what the double sum is about.
     fn settings(&self, subject: &Subject, threads: usize) -> Settings {
         let mut settings = Settings::of(&subject.object);
@@ -226,22 +260,25 @@ impl CompareArgs {
     }
 
     fn plot(&self, comparison: &Comparison) -> Plot {
-        let line = |name: &str, colour, style, points| Line {
-            name: name.to_owned(),
+        let line = |name, colour, style, points| Line {
+            name,
             colour,
             style,
             points,
         };
         let mut lines = Vec::new();
         for (index, view) in comparison.views.iter().enumerate() {
-            let rows = comparison.rows.iter();
-            let points = rows.map(|row| (row.l as f64, row.relative_rms[index]));
-            lines.push(line(view.name, index, Style::Dotted, points.collect()));
-        }
-        if let Some((first, last)) = comparison.views.first().zip(comparison.rows.last()) {
-            let noise = first.noise / first.rms;
-            let points = vec![(0.0, noise), (last.l as f64, noise)];
-            lines.push(line("noise of the rays", 0, Style::Dashed, points));
+            let rows = || comparison.rows.iter();
+            let apart = rows().map(|row| (row.l as f64, row.relative_rms[index]));
+            lines.push(line(
+                view.name.to_owned(),
+                index,
+                Style::Dotted,
+                apart.collect(),
+            ));
+            let noise = rows().map(|row| (row.l as f64, view.noise / view.rms));
+            let name = format!("{}: noise", view.name);
+            lines.push(line(name, index, Style::Dashed, noise.collect()));
         }
         let light = Path::new(&self.light)
             .file_name()
@@ -251,7 +288,7 @@ impl CompareArgs {
             title: format!("{light}, {}: the double sum and rays", self.bsdf_name()),
             x: Axis {
                 label: "greatest degree L of the double sum".to_owned(),
-                scale: Scale::Linear,
+                scale: Scale::Whole,
             },
             y: Axis {
                 label: "relative difference (rms)".to_owned(),
@@ -260,6 +297,11 @@ impl CompareArgs {
             lines,
         }
     }
+}
+
+fn samples(text: &str) -> std::result::Result<u32, String> {
+    let most = MAX_SAMPLES as usize;
+    within(text, LEAST_SPP, most).map(|samples| samples as u32)
 }
 
 fn csv(comparison: &Comparison) -> String {
@@ -276,6 +318,28 @@ fn csv(comparison: &Comparison) -> String {
         text.push('\n');
     }
     text
+}
+
+impl Agreement {
+    fn text(&self) -> String {
+        let verdict = match self.agrees {
+            Some(true) => "they agree within noise",
+            Some(false) => "they differ by more than noise",
+            None => {
+                return format!(
+                    "cannot tell: regions of the image with {LEAST_SAMPLES} samples of the object are {}, and {LEAST_REGIONS} are \
+                     needed; choose a greater --size or --spp",
+                    self.regions
+                );
+            }
+        };
+        // Without the sign of a zero.
+        let mean = (self.mean_z * 100.0).round() / 100.0 + 0.0;
+        format!(
+            "z-scores of {} regions have mean {mean:.2}, variance {:.2}, greatest {:.1}: {verdict}",
+            self.regions, self.variance_z, self.greatest_z
+        )
+    }
 }
 
 impl CompareReport {
@@ -304,26 +368,15 @@ impl CompareReport {
             "ray",
             &mut self.estimators.iter().map(|found| found.relative_noise),
         );
-        let Agreement {
-            estimator,
-            regions,
-            mean_z,
-            variance_z,
-            greatest_z,
-            agrees,
-        } = &self.agreement;
         let _ = writeln!(
             text,
-            "(ray: the noise of the rays, {} samples per pixel, {} pixels)\n\
-             To l = {} and {estimator}: z-scores of {regions} regions have mean {mean_z:.2}, variance {variance_z:.2}, greatest \
-             {greatest_z:.1}: {}",
+            "(ray: the noise of the rays, {} samples per pixel, {} pixel{})\nTo l = {} and {}: {}",
             self.spp,
             self.pixels,
+            if self.pixels == 1 { "" } else { "s" },
             self.l_max,
-            match agrees {
-                true => "they agree within noise",
-                false => "they differ by more than noise",
-            }
+            self.agreement.estimator,
+            self.agreement.text()
         );
         if !self.outputs.is_empty() {
             let panels = self.estimators.iter().map(|found| {

@@ -1,19 +1,20 @@
 //! `ondine sh probe`: the light that arrives at points of a scene, as coefficients.
 
-use super::super::args::{choice, threads, whole};
+use super::super::args::{choice, threads, whole, within};
+use super::super::outputs;
 use super::super::progress::{Progress, metric};
 use super::super::report::seconds;
 use super::super::{Outcome, interrupt, print, print_json, say};
 use super::bands;
 use crate::error::{Error, Result};
-use crate::film::write_whole;
+use crate::film::{MAX_SAMPLES, write_whole};
 use crate::render::probes::{Baked, BakedProbes, SETS, bake};
 use crate::render::{Control, Settings};
 use crate::scene::builtin;
 use crate::scene::description::{Description, SamplerKind, Strategy};
 use crate::sh::{CONVENTION, coefficients};
 use crate::stats::StageReport;
-use clap::Args;
+use clap::{ArgGroup, Args};
 use glam::Vec3;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -33,13 +34,12 @@ change a bit of them.";
 
 /// Bake light probes: the light that arrives at points of a scene
 #[derive(Args, Debug)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, group(ArgGroup::new("place").required(true).args(["at", "grid"])))]
 pub(in crate::cli) struct ProbeArgs {
     /// A scene (.toml, .gltf, .glb, .pbrt), meshes (.obj, .ply), or the name of a built-in scene
     pub scene: String,
     /// Where the probe is, world space
-    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = point,
-          required_unless_present = "grid", conflicts_with = "grid")]
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = point)]
     pub at: Option<Vec3>,
     /// A grid of probes between two corners, and how many along each axis
     #[arg(long, value_name = "x0,y0,z0:x1,y1,z1:nx,ny,nz", allow_hyphen_values = true, value_parser = grid)]
@@ -48,7 +48,7 @@ pub(in crate::cli) struct ProbeArgs {
     #[arg(long, value_name = "L", default_value_t = 2, allow_negative_numbers = true, value_parser = bands)]
     pub bands: usize,
     /// Samples of each probe; rounded up to a multiple of 16, for they come in 16 independent sets
-    #[arg(long, value_name = "N", default_value_t = 4096, allow_negative_numbers = true, value_parser = whole::<u32>)]
+    #[arg(long, value_name = "N", default_value_t = 4096, allow_negative_numbers = true, value_parser = samples)]
     pub spp: u32,
     /// Seed of the random numbers [default: the scene's, or 0]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<u64>)]
@@ -153,6 +153,10 @@ pub(super) fn run(args: &ProbeArgs) -> Result<Outcome> {
             path.display(),
             path.with_extension("json").display()
         )));
+    }
+    if let Some(path) = &args.output {
+        outputs::spare_inputs(path, &scene)?;
+        outputs::writable(path, &[Path::new(&args.scene)])?;
     }
 
     let paths = positions.len() as u64 * u64::from(settings.spp.next_multiple_of(SETS));
@@ -366,6 +370,11 @@ impl Grid {
             })
             .collect()
     }
+}
+
+fn samples(text: &str) -> std::result::Result<u32, String> {
+    let most = MAX_SAMPLES as usize;
+    within(text, 1, most).map(|samples| samples as u32)
 }
 
 /// Three numbers between commas.
