@@ -177,7 +177,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
         });
     let report = CompareReport {
         light: args.light.clone(),
-        bsdf: args.bsdf_name(),
+        bsdf: args.bsdf.surface(),
         shape: args.shape.clone(),
         l_max: subject.light.degree,
         width: settings.width,
@@ -255,10 +255,6 @@ impl CompareArgs {
         }
     }
 
-    fn bsdf_name(&self) -> String {
-        self.bsdf.surface()
-    }
-
     fn plot(&self, comparison: &Comparison) -> Plot {
         let line = |name, colour, style, points| Line {
             name,
@@ -285,7 +281,7 @@ impl CompareArgs {
             .unwrap_or_default()
             .display();
         Plot {
-            title: format!("{light}, {}: the double sum and rays", self.bsdf_name()),
+            title: format!("{light}, {}: the double sum and rays", self.bsdf.surface()),
             x: Axis {
                 label: "greatest degree L of the double sum".to_owned(),
                 scale: Scale::Whole,

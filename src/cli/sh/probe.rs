@@ -3,7 +3,7 @@
 use super::super::args::{choice, threads, whole, within};
 use super::super::outputs;
 use super::super::progress::{Progress, metric};
-use super::super::report::seconds;
+use super::super::report::{counted, seconds};
 use super::super::{Outcome, interrupt, print, print_json, say};
 use super::bands;
 use crate::error::{Error, Result};
@@ -12,7 +12,7 @@ use crate::render::probes::{Baked, BakedProbes, SETS, bake};
 use crate::render::{Control, Settings};
 use crate::scene::builtin;
 use crate::scene::description::{Description, SamplerKind, Strategy};
-use crate::sh::{CONVENTION, coefficients};
+use crate::sh::{CONVENTION, GRID_FORMAT, coefficients, is_csv};
 use crate::stats::StageReport;
 use clap::{ArgGroup, Args};
 use glam::Vec3;
@@ -211,7 +211,7 @@ impl ProbeArgs {
             return probe.map_or(Ok(String::new()), |baked| baked.probe.to_text(path));
         };
         let file = GridFile {
-            format: "ondine-sh-grid",
+            format: GRID_FORMAT,
             version: 1,
             convention: CONVENTION,
             quantity: "radiance",
@@ -273,28 +273,25 @@ impl ProbeArgs {
             }
         }
         let (count, stats) = (baked.probes.len(), &baked.stats);
-        let plural = |count: usize| if count == 1 { "" } else { "s" };
         if let Some(path) = &self.output {
             let _ = write!(text, "Wrote {}: ", path.display());
         }
         let _ = writeln!(
             text,
-            "{count} probe{} to l = {} ({} coefficient{}), {} samples each, path length {}",
-            plural(count),
+            "{} to l = {} ({}), {} samples each, path length {}",
+            counted(count, "probe"),
             self.bands,
-            coefficients(self.bands),
-            plural(coefficients(self.bands)),
+            counted(coefficients(self.bands), "coefficient"),
             baked.spp,
             settings.path_length,
         );
         let _ = writeln!(
             text,
-            "Traced {}paths and {}rays in {} on {} thread{}: {}paths/s",
+            "Traced {}paths and {}rays in {} on {}: {}paths/s",
             unit(stats.paths() as f64),
             unit(stats.rays() as f64),
             seconds(stats.render.as_secs_f64()),
-            stats.threads,
-            plural(stats.threads),
+            counted(stats.threads, "thread"),
             unit(stats.millions_per_second(stats.paths()) * 1e6),
         );
         text
@@ -341,11 +338,6 @@ fn listed(baked: &BakedProbes) -> Vec<Listed<'_>> {
             standard_errors: probe.standard_errors.as_deref(),
         })
         .collect()
-}
-
-fn is_csv(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
 impl Grid {
