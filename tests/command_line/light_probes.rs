@@ -319,7 +319,7 @@ fn a_comparison_that_cannot_be_made_is_refused() {
         ),
         (
             "--light vast.json --bsdf lambert",
-            &["vast.json is not finite or not below 2^32"],
+            &["and 2^32 is the greatest; choose another unit"],
         ),
         (
             "--light bright.json --bsdf lambert --size 32x32 --spp 64",
