@@ -187,12 +187,15 @@ fn a_transform_that_leads_nowhere_is_refused() {
     );
     assert_eq!(
         refused(|asset| {
-            asset.json["nodes"][0]["scale"] = json!([1e30, 1, 1]);
-            let root = json!({ "children": [0], "scale": [1e30, 1, 1] });
-            let nodes = asset.json["nodes"].as_array_mut().unwrap();
-            nodes.push(root);
-            let last = nodes.len() - 1;
-            asset.json["scenes"][0]["nodes"] = json!([last]);
+            // Nine scales that single precision holds, one in the other.
+            asset.json["nodes"][0]["scale"] = json!([1e38, 1, 1]);
+            let mut root = 0;
+            for _ in 0..8 {
+                let nodes = asset.json["nodes"].as_array_mut().unwrap();
+                nodes.push(json!({ "children": [root], "scale": [1e38, 1, 1] }));
+                root = nodes.len() - 1;
+            }
+            asset.json["scenes"][0]["nodes"] = json!([root]);
         }),
         format!("a.gltf: nodes[0]: its transform is not finite; {AGAIN}")
     );
