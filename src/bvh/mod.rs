@@ -319,10 +319,7 @@ impl Bvh {
         } = stacks;
         loose.clear();
         let spread = if self.is_few { f32::INFINITY } else { SPREAD };
-        let bundle = |extent: &Extent, shear: &ShearX8| {
-            let together = extent.keeps_together(root.reach, spread);
-            together.then(|| Bundle::new(extent, shear)).flatten()
-        };
+        let keeps_together = |extent: &Extent| extent.keeps_together(root.reach, spread);
         let mut index = 0;
         // An upper tree would need packets that turn to other spaces.
         let whole = if self.places.is_empty() {
@@ -334,14 +331,15 @@ impl Bvh {
             let batch = rays(index);
             let shear = ShearX8::new(&batch.origin, &batch.direction);
             let extent = Extent::of(&batch, &shear);
-            let axis = shear.common_axis();
+            let axis = shear.common_axis().filter(|_| keeps_together(&extent));
             // The first batch of two speaks for the second: where it does not keep together by itself, two do not.
-            if axis.is_some() && extent.keeps_together(root.reach, spread) && index + 1 < whole {
+            if axis.is_some() && index + 1 < whole {
                 let next = rays(index + 1);
                 let shears = [shear, ShearX8::new(&next.origin, &next.direction)];
                 if shears[1].common_axis() == axis
                     && let two = extent.union(&Extent::of(&next, &shears[1]))
-                    && let Some(bundle) = bundle(&two, &shear)
+                    && keeps_together(&two)
+                    && let Some(bundle) = Bundle::new(&two, &shear)
                 {
                     let two = [batch, next];
                     let met = self.trace_packet::<ANY, 2>(&bundle, &two, &shears, root, stack);
@@ -352,7 +350,7 @@ impl Bvh {
                 }
             }
             if axis.is_some()
-                && let Some(bundle) = bundle(&extent, &shear)
+                && let Some(bundle) = Bundle::new(&extent, &shear)
             {
                 let [met] = self.trace_packet::<ANY, 1>(&bundle, &[batch], &[shear], root, stack);
                 packet_done(index, &met);

@@ -64,40 +64,9 @@ impl Ready {
         root: &Root,
     ) {
         let shear = ShearX8::new(&rays.origin, &rays.direction);
-        let slabs = self.aim(rays, &shear, first, root.reach);
-        // The nearest hit is not known yet, so only places that hold the origins are sure to be needed by all. Where any hit
-        // will do, most rays go all their way; and what none of them meets, their bundle does not meet either.
-        let near = ANY && rays.begins_near(root.reach);
-        let bundle = near.then(|| Bundle::new(&Extent::of(rays, &shear), &shear));
-        self.descend::<ANY>(&slabs, bundle.flatten().as_ref(), nodes, root.link);
-    }
-
-    /// Makes rays ready for the tests, in a tree of this reach.
-    #[inline(always)]
-    pub fn aim(&mut self, rays: &RayX8, shear: &ShearX8, first: usize, reach: f32) -> SlabsX8 {
-        let Vec3x8 { x, y, z } = rays.direction;
-        let greatest = rays.direction.max_abs();
-        let least = greatest * f32x8::splat(PARALLEL);
-        let inverse = [x, y, z].map(|d| f32x8::ONE / d.abs().fast_max(least).copysign(d));
-        let Vec3x8 { x, y, z } = rays.origin;
-        let mut offset = std::array::from_fn(|axis| -([x, y, z][axis] * inverse[axis]));
-        let beyond = rays.origin.max_abs().simd_gt(f32x8::splat(FAR * reach));
-        if beyond.any() {
-            let skip = (rays.origin.max_abs() - f32x8::splat(reach)) / greatest;
-            let origin = rays.direction.mul_add(skip, rays.origin);
-            let Vec3x8 { x, y, z } = origin;
-            for axis in 0..3 {
-                let near = [x, y, z][axis].mul_neg_add(inverse[axis], skip);
-                offset[axis] = beyond.select(near, offset[axis]);
-            }
-        }
-        let slabs = SlabsX8 {
-            inverse,
-            offset,
-            nearest: rays.nearest,
-            best: rays.farthest.fast_min(f32x8::splat(FARTHEST)),
-        };
+        let slabs = SlabsX8::new(rays, root.reach);
         self.slabs = slabs.lanes();
+        self.shears = shear.lanes();
         let (o, d) = (&rays.origin, &rays.direction);
         let number = u32x8::splat(first as u32) + u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
         let bits = |word: u32x8| f32x8::from_bits(word);
@@ -120,8 +89,11 @@ impl Ready {
                 number: number.to_bits(),
             }
         });
-        self.shears = shear.lanes();
-        slabs
+        // The nearest hit is not known yet, so only places that hold the origins are sure to be needed by all. Where any hit
+        // will do, most rays go all their way; and what none of them meets, their bundle does not meet either.
+        let near = ANY && rays.begins_near(root.reach);
+        let bundle = near.then(|| Bundle::new(&Extent::of(rays, &shear), &shear));
+        self.descend::<ANY>(&slabs, bundle.flatten().as_ref(), nodes, root.link);
     }
 
     /// Goes down the tree with all eight, as far as they go together.
@@ -190,6 +162,33 @@ impl Ready {
 }
 
 impl SlabsX8 {
+    /// Those of a tree of this reach.
+    #[inline(always)]
+    pub fn new(rays: &RayX8, reach: f32) -> Self {
+        let Vec3x8 { x, y, z } = rays.direction;
+        let greatest = rays.direction.max_abs();
+        let least = greatest * f32x8::splat(PARALLEL);
+        let inverse = [x, y, z].map(|d| f32x8::ONE / d.abs().fast_max(least).copysign(d));
+        let Vec3x8 { x, y, z } = rays.origin;
+        let mut offset = std::array::from_fn(|axis| -([x, y, z][axis] * inverse[axis]));
+        let beyond = rays.origin.max_abs().simd_gt(f32x8::splat(FAR * reach));
+        if beyond.any() {
+            let skip = (rays.origin.max_abs() - f32x8::splat(reach)) / greatest;
+            let origin = rays.direction.mul_add(skip, rays.origin);
+            let Vec3x8 { x, y, z } = origin;
+            for axis in 0..3 {
+                let near = [x, y, z][axis].mul_neg_add(inverse[axis], skip);
+                offset[axis] = beyond.select(near, offset[axis]);
+            }
+        }
+        Self {
+            inverse,
+            offset,
+            nearest: rays.nearest,
+            best: rays.farthest.fast_min(f32x8::splat(FARTHEST)),
+        }
+    }
+
     /// The rays that meet the box of one child of a node, and how far it is.
     #[inline(always)]
     fn enter(&self, node: &Node, child: usize) -> (f32x8, f32x8) {
@@ -209,7 +208,7 @@ impl SlabsX8 {
 
     /// Each by itself.
     #[inline(always)]
-    fn lanes(&self) -> [Slabs; WIDTH] {
+    pub fn lanes(&self) -> [Slabs; WIDTH] {
         let ([a, b, c], [d, e, f]) = (self.inverse, self.offset);
         f32x8::transpose([a, b, c, d, e, f, self.nearest, self.best]).map(|row| {
             let [a, b, c, d, e, f, nearest, best] = row.to_array();

@@ -1,7 +1,7 @@
 //! A ray of the stream: what its tests read, its stack, and the steps that it takes.
 
 use super::node::{Block, Link, Node, compress, unpack};
-use super::ready::{PARTINGS, Ready};
+use super::ready::{PARTINGS, Ready, SlabsX8};
 use super::triangle::{self, Shear, ShearX8};
 use super::{Hit, NO_TRIANGLE, Place, RayX8};
 use crate::lanes::{Vec3x8, WIDTH, f32x8, reduce, u32x8};
@@ -114,10 +114,8 @@ impl Slot {
             farthest: f32x8::splat(self.slabs.best),
             ignored: u32x8::splat(self.own.ignored),
         };
-        let mut ready = Ready::default();
-        ready.aim(&rays, &ShearX8::new(&origin, &direction), 0, reach);
-        self.slabs = ready.slabs[0];
-        self.shear = ready.shears[0];
+        [self.slabs, ..] = SlabsX8::new(&rays, reach).lanes();
+        [self.shear, ..] = ShearX8::new(&origin, &direction).lanes();
     }
 
     /// The number of the ray among all.
