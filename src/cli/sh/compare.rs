@@ -16,7 +16,6 @@ use crate::film::tonemap::Tonemap;
 use crate::film::{MAX_SAMPLES, write_whole};
 use crate::render::{Control, Settings, all_processors, workers};
 use crate::scene::description::{SamplerKind, Strategy};
-use crate::scene::lat_long;
 use crate::sh::{Lobe, Probe};
 use clap::Args;
 use serde::Serialize;
@@ -119,15 +118,11 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
     let threads = args.threads.unwrap_or_else(all_processors);
     let pool = workers(threads)?;
     let light = pool.install(|| light::open(&args.light, args.bands))?;
-    shines(&args.light, &light)?;
-    let image = match light::is_exr(Path::new(&args.light)) {
-        true => Some(Arc::new(lat_long::read(Path::new(&args.light))?)),
-        false => None,
-    };
+    shines(&args.light, &light.probe)?;
     let subject = Subject {
         object: object::open(&args.shape)?,
-        light,
-        image,
+        light: light.probe,
+        image: light.image.map(Arc::new),
         lobe: args.bsdf,
     };
     let settings = args.settings(&subject, threads);

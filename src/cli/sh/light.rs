@@ -1,6 +1,6 @@
 //! What commands read light from, and how it is turned.
 
-pub(super) use super::super::outputs::is_exr;
+use super::super::outputs::is_exr;
 use crate::error::{Error, Result};
 use crate::scene::description::LatLong;
 use crate::scene::{lat_long, toml};
@@ -11,13 +11,21 @@ use std::path::Path;
 /// Greatest degree of an image's coefficients where none is asked for.
 const DEGREE: usize = 8;
 
+/// Light, as a command line names it.
+pub(super) struct Light {
+    pub probe: Probe,
+    /// What the coefficients are of, where that is a lat-long image.
+    pub image: Option<LatLong>,
+}
+
 /// The light that a published name, a file of coefficients or a lat-long image stands for, to a degree: by default all that
 /// there is, and of an image [`DEGREE`].
 ///
 /// # Errors
 /// [`Error::Usage`] where there is none, or fewer degrees than asked for, and those of the readers.
-pub(super) fn open(light: &str, degree: Option<usize>) -> Result<Probe> {
+pub(super) fn open(light: &str, degree: Option<usize>) -> Result<Light> {
     let path = Path::new(light);
+    let mut image = None;
     let probe = match sh::published(light) {
         Some(probe) => probe,
         None if !path.exists() => {
@@ -26,7 +34,10 @@ pub(super) fn open(light: &str, degree: Option<usize>) -> Result<Probe> {
                 PUBLISHED.join(", ")
             )));
         }
-        None if is_exr(path) => project(&lat_long::read(path)?, degree.unwrap_or(DEGREE))?,
+        None if is_exr(path) => {
+            let image = image.insert(lat_long::read(path)?);
+            project(image, degree.unwrap_or(DEGREE))?
+        }
         None => Probe::read(path)?,
     };
     match degree {
@@ -36,7 +47,8 @@ pub(super) fn open(light: &str, degree: Option<usize>) -> Result<Probe> {
         ))),
         degree => {
             let degree = degree.unwrap_or(probe.degree);
-            moderate(probe.truncated(degree), light)
+            let probe = moderate(probe.truncated(degree), light)?;
+            Ok(Light { probe, image })
         }
     }
 }

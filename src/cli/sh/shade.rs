@@ -120,7 +120,7 @@ pub(super) fn run(args: &ShadeArgs) -> Result<Outcome> {
         &format!("{width}x{height} pixels"),
         "choose a smaller --size",
     )?;
-    let mut light = pool.install(|| light::open(&args.light, args.bands))?;
+    let mut light = pool.install(|| light::open(&args.light, args.bands))?.probe;
     if let Some(rotation) = &args.rotate {
         light = light.rotated(rotation);
     }
