@@ -1,8 +1,9 @@
 //! Floor 6: the command line. Raw arguments become validated settings, and those a command.
 //!
-//! Results go to stdout; progress and messages to stderr. Exit codes: 0 done, 2 bad input or usage, 130 interrupted.
+//! Results go to stdout; progress and messages to stderr. Exit codes: 0 done, 1 the answer is no, 2 bad input or usage, 130 interrupted.
 
 mod args;
+mod compare;
 mod info;
 mod info_image;
 mod info_scene;
@@ -30,9 +31,13 @@ use std::process::ExitCode;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Outcome {
     Done,
+    /// The answer is no.
+    Differs,
     Interrupted,
 }
 
+/// The exit code of an answer that is no.
+const DIFFERS: u8 = 1;
 /// The exit code of bad input and of wrong usage.
 const BAD_INPUT: u8 = 2;
 /// The exit code of a program that Ctrl-C ended: 128 + SIGINT.
@@ -52,6 +57,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
     };
     let outcome = match &arguments.command {
         Command::Render(args) => render::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Info(args) => info::run(args),
         Command::Rays(args) => rays::run(args),
         Command::Sh(command) => sh::run(command),
@@ -59,6 +65,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Differs) => ExitCode::from(DIFFERS),
         Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(error) => fail(error),
     }
