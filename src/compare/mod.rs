@@ -1,5 +1,7 @@
 //! Floor 3: whether two images are of one scene, up to noise: metrics, and tests that tell noise from bias.
 
+pub mod flip;
+
 mod image;
 mod report;
 
