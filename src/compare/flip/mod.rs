@@ -25,7 +25,7 @@ pub struct Flip {
 }
 
 /// Exposures at which an image is looked at: radiance is multiplied by 2^exposure.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Exposures {
     /// The first; the brightest pixel is then nearly white.
     pub start: f32,
