@@ -1,5 +1,7 @@
 //! `ondine compare`: whether two images agree.
 
+mod text;
+
 use super::Outcome;
 use crate::compare::{self, Options, Verdict};
 use crate::error::Result;
@@ -51,7 +53,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
     let report = compare::compare(&reference, &test, &options)?;
     match args.json {
         true => super::print_json(&report)?,
-        false => super::print(&report.summary)?,
+        false => super::print(&text::text(&report))?,
     }
     Ok(match report.verdict {
         Verdict::BitEqual | Verdict::Consistent => Outcome::Done,
