@@ -1,12 +1,12 @@
 //! Error figures.
 
 use super::image::Layer;
-use super::noise::Noise;
 use super::report::Metrics;
 use rayon::prelude::*;
 
 /// Of all pixels and of R, G, B. Sums are of rows, and these are added in their order.
-pub fn metrics(layers: [&Layer; 2], noise: Option<&Noise>, width: usize) -> Metrics {
+pub fn metrics(layers: [&Layer; 2], width: usize) -> Metrics {
+    let variances = layers.map(|layer| layer.variance.as_ref());
     let mut total = [0.0; 4];
     let mut numbers = 0;
     for c in 0..3 {
@@ -20,15 +20,15 @@ pub fn metrics(layers: [&Layer; 2], noise: Option<&Noise>, width: usize) -> Metr
         for row in rows {
             (0..3).for_each(|k| total[k] += row[k]);
         }
-        if let Some(noise) = noise {
-            let rows: Vec<f64> = noise.expected[c].par_chunks(width).map(sum).collect();
+        for planes in variances.into_iter().flatten() {
+            let rows: Vec<f64> = planes[c].par_chunks(width).map(sum).collect();
             total[3] += rows.iter().sum::<f64>();
         }
     }
     let [mse, rel_mse, mae, expected] = total.map(|sum| sum / numbers as f64);
     Metrics {
         mse,
-        expected_mse: noise.map(|_| expected),
+        expected_mse: variances.iter().all(Option::is_some).then_some(expected),
         rel_mse,
         mae,
         flip: None,

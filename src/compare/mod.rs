@@ -85,7 +85,7 @@ pub fn compare(reference: &Image, test: &Image, options: &Options) -> Result<Rep
     });
     let layers = [reference, test].map(|image| &image.image);
     let noise = Noise::new(pair, layers);
-    let metrics = metrics::metrics(layers, noise.as_ref(), reference.width);
+    let metrics = metrics::metrics(layers, reference.width);
     let mut image = examine(None, pair, layers, noise.as_ref(), &grid, options.tolerance);
     let mut bit_equal = same_bits(layers);
     let mut lengths: Vec<LayerReport> = shared

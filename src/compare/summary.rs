@@ -13,7 +13,10 @@ pub fn sentence(report: &Report) -> String {
         }
         Verdict::Consistent => {
             let found = match report.detectable {
-                Some(bias) => format!("a uniform bias of {} would have been found", percent(bias)),
+                Some(bias) => format!(
+                    "a uniform bias of {} would have been found",
+                    percent(bias).trim_start_matches('+')
+                ),
                 None => "but no bias of the mean could have been found".to_owned(),
             };
             format!("consistent: the images differ by noise alone; {found}")

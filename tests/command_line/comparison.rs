@@ -4,9 +4,8 @@ use super::refusals::refuses;
 use crate::{folder, ondine};
 
 fn render(folder: &tempfile::TempDir, seed: u32, more: &str) {
-    let line = format!(
-        "render cornell --size 64x64 --spp 16 --seed {seed} -o {seed}.exr --no-png {more}"
-    );
+    let line =
+        format!("render cornell --size 64x64 --spp 16 --seed {seed} -o {seed}.exr --no-png {more}");
     assert_eq!(ondine(folder, &line).code, 0);
 }
 
@@ -40,9 +39,29 @@ fn what_cannot_be_compared_exits_with_2() {
     let folder = folder();
     render(&folder, 1, "");
     render(&folder, 2, "--crop 0,0,32,32");
-    refuses(&folder, "compare 1.exr 2.exr", &["64x64", "32x32", "same pixels"]);
-    refuses(&folder, "compare 1.exr none.exr", &["none.exr", "cannot read"]);
-    refuses(&folder, "compare 1.exr 1.exr --layer albedo", &["\"albedo\"", "1.exr"]);
-    refuses(&folder, "compare 1.exr 1.exr --alpha 2", &["--alpha", "1e-12 to 0.5"]);
-    refuses(&folder, "compare 1.exr 1.exr --tolerance -1", &["--tolerance", "0 to 1"]);
+    refuses(
+        &folder,
+        "compare 1.exr 2.exr",
+        &["64x64", "32x32", "same pixels"],
+    );
+    refuses(
+        &folder,
+        "compare 1.exr none.exr",
+        &["none.exr", "cannot read"],
+    );
+    refuses(
+        &folder,
+        "compare 1.exr 1.exr --layer albedo",
+        &["\"albedo\"", "1.exr"],
+    );
+    refuses(
+        &folder,
+        "compare 1.exr 1.exr --alpha 2",
+        &["--alpha", "1e-12 to 0.5"],
+    );
+    refuses(
+        &folder,
+        "compare 1.exr 1.exr --tolerance -1",
+        &["--tolerance", "0 to 1"],
+    );
 }

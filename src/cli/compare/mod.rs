@@ -26,9 +26,12 @@ pub(super) struct CompareArgs {
     /// What is tested
     #[arg(value_name = "TEST.exr")]
     pub test: PathBuf,
-    /// The layer whose R, G, B are compared, where a file has several
+    /// The layer whose R, G and B are compared, as "ViewLayer.Combined"; "" is the plain one [default: the plain or only one]
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
+    /// The layer of the test image, where it is called otherwise
+    #[arg(long, value_name = "NAME")]
+    pub test_layer: Option<String>,
     /// How probable it may be that images that differ by noise alone are called biased
     #[arg(long, value_name = "P", default_value_t = Options::default().alpha,
           allow_negative_numbers = true, value_parser = probability)]
@@ -48,8 +51,13 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
         tolerance: args.tolerance,
     };
     let layer = args.layer.as_deref();
-    let reference = compare::read(&args.reference, layer)?;
-    let test = compare::read(&args.test, layer)?;
+    let test_layer = args.test_layer.as_deref().or(layer);
+    // While the blocks of one file are unpacked, those of the other can be read.
+    let (reference, test) = rayon::join(
+        || compare::read(&args.reference, layer),
+        || compare::read(&args.test, test_layer),
+    );
+    let (reference, test) = (reference?, test?);
     let report = compare::compare(&reference, &test, &options)?;
     match args.json {
         true => super::print_json(&report)?,

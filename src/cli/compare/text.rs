@@ -14,10 +14,11 @@ pub(super) fn text(report: &Report) -> String {
 fn write(out: &mut String, report: &Report) -> Result {
     writeln!(out, "{}", report.summary)?;
     if let Some(bias) = &report.bias {
+        // Below, the probability is no number.
+        let p = bias.p.max(1e-300);
         writeln!(
             out,
-            "  noise alone looks so in at most {:.1e} of cases, all tests together",
-            bias.p
+            "  noise alone would look so with a probability of {p:.0e} or less, all tests together"
         )?;
     }
     for note in &report.notes {
