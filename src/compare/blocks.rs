@@ -7,18 +7,12 @@
 //! false alarms. Note Σd², not the scatter about the mean: a block of n pixels has no score above √n.
 //!
 //! With unequal sample counts d is skewed, and a block of the noisier image that missed its fireflies has too small a
-//! scatter. Where both images have variances, their shape says what scatter a block should have; elsewhere its neighbours'.
+//! scatter. Then a block has at least half the scatter of those around it. Of 200 pairs of 256 and 16 samples, five scenes of
+//! caustics, many lights and sky, χ² had p below 6.7·10⁻⁵ in 11 of 600 channels without that and in none with it; a bound by
+//! the shape of the images' own variances left 3. With equal counts χ² needs none: its mean p was 0.49.
 
 use super::report::Blocks;
 use rayon::prelude::*;
-
-/// A channel of the two images. Pixels row after row.
-pub struct Channel<'a> {
-    /// The reference and the test image.
-    pub pair: [&'a [f32]; 2],
-    /// Variance of d in each pixel, as the images' own variances have it.
-    pub expected: Option<&'a [f32]>,
-}
 
 /// Where blocks are.
 #[derive(Clone, Debug)]
@@ -100,8 +94,6 @@ pub struct Sums {
     pub difference: f64,
     /// Σ (d − its mean)².
     pub scatter: f64,
-    /// Σ of the expected variances.
-    pub expected: f64,
     /// What [`correlation`] is made of, for sub-blocks of 2×2 and of 4×4.
     groups: [Group; 2],
 }
@@ -117,30 +109,27 @@ struct Group {
     spread: f64,
 }
 
-/// The sums of every block.
-pub fn sums(grid: &Grid, channel: &Channel) -> Vec<Sums> {
+/// The sums of every block of the reference and the test image, pixels row after row.
+pub fn sums(grid: &Grid, pair: [&[f32]; 2]) -> Vec<Sums> {
     (0..grid.len())
         .into_par_iter()
         .with_min_len(8)
-        .map(|block| sums_of(grid, grid.region(block), channel))
+        .map(|block| sums_of(grid, grid.region(block), pair))
         .collect()
 }
 
-fn sums_of(grid: &Grid, [x0, y0, x1, y1]: [usize; 4], channel: &Channel) -> Sums {
+fn sums_of(grid: &Grid, [x0, y0, x1, y1]: [usize; 4], pair: [&[f32]; 2]) -> Sums {
     let mut sums = Sums::default();
     let mut differences = Vec::with_capacity((x1 - x0) * (y1 - y0));
     for y in y0..y1 {
         let row = y * grid.width + x0..y * grid.width + x1;
-        let [reference, test] = channel.pair.map(|pixels| &pixels[row.clone()]);
+        let [reference, test] = pair.map(|pixels| &pixels[row.clone()]);
         for (&a, &b) in reference.iter().zip(test) {
             let (a, b) = (f64::from(a), f64::from(b));
             sums.reference += a;
             sums.test += b;
             sums.magnitude += a.abs();
             differences.push(b - a);
-        }
-        if let Some(expected) = channel.expected {
-            sums.expected += expected[row].iter().copied().map(f64::from).sum::<f64>();
         }
     }
     let width = x1 - x0;
@@ -208,18 +197,11 @@ pub fn correlation(sums: &[Sums]) -> f64 {
     (limit * limit).max(1.0)
 }
 
-/// The scatter of each block as it should be judged: its own, or what the variances or its neighbours make of it where that
-/// is more.
-pub fn scatters(grid: &Grid, sums: &[Sums]) -> Vec<f64> {
-    let total = |of: fn(&Sums) -> f64| sums.iter().map(of).sum::<f64>();
-    let expected = total(|block| block.expected);
-    if expected > 0.0 {
-        // A common factor, for what stratification saves.
-        let factor = total(|block| block.scatter) / expected;
-        return sums
-            .iter()
-            .map(|block| block.scatter.max(factor * block.expected))
-            .collect();
+/// The scatter by which each block is judged: its own where d is symmetric, and not less than half of those around it where
+/// it may be skewed.
+pub fn scatters(grid: &Grid, sums: &[Sums], symmetric: bool) -> Vec<f64> {
+    if symmetric {
+        return sums.iter().map(|block| block.scatter).collect();
     }
     (0..sums.len())
         .map(|block| {

@@ -27,9 +27,10 @@ pub use report::{
 pub use summary::percent;
 
 use crate::error::{Error, Result};
-use blocks::{Channel, Grid, Sums, beyond, self_normalised};
+use blocks::{Grid, Sums, beyond, self_normalised};
 use distributions::{chi_square, least_of, score, two_sided};
 use noise::Noise;
+use rayon::prelude::*;
 
 /// The channels that are tested.
 pub const CHANNELS: [&str; 4] = ["R", "G", "B", "luminance"];
@@ -156,30 +157,22 @@ fn same_bits([reference, test]: [&Layer; 2]) -> bool {
 /// Tests a layer; what is biased is said once all tests are counted.
 fn examine(
     length: Option<u32>,
-    [reference, _]: [&Image; 2],
+    pair: [&Image; 2],
     layers: [&Layer; 2],
     noise: Option<&Noise>,
     grid: &Grid,
     tolerance: f64,
 ) -> LayerReport {
-    let luminances = layers.map(|layer| luminance(&layer.radiance, |x| x, |y| y));
-    // Of variances: the noise of colours goes together.
-    let expected = noise.map(|noise| luminance(&noise.expected, f32::sqrt, |y| y * y));
+    let luminances = layers.map(|layer| luminance(&layer.radiance));
     let mut channels = Vec::new();
     let mut z = Vec::new();
     for (c, name) in CHANNELS.into_iter().enumerate() {
-        let channel = Channel {
-            pair: match c {
-                3 => [&luminances[0], &luminances[1]],
-                _ => layers.map(|layer| &layer.radiance[c][..]),
-            },
-            expected: match c {
-                3 => expected.as_deref(),
-                _ => noise.map(|noise| &noise.expected[c][..]),
-            },
+        let planes = match c {
+            3 => [&luminances[0][..], &luminances[1][..]],
+            _ => layers.map(|layer| &layer.radiance[c][..]),
         };
-        let sums = blocks::sums(grid, &channel);
-        let scatters = blocks::scatters(grid, &sums);
+        let sums = blocks::sums(grid, planes);
+        let scatters = blocks::scatters(grid, &sums, noise::equally_sampled(pair));
         let correlation = blocks::correlation(&sums);
         let scores: Vec<f64> = sums
             .iter()
@@ -192,10 +185,8 @@ fn examine(
         channels.push(ChannelReport {
             channel: name,
             mean: mean_test(&sums, &scatters, correlation, tolerance),
-            blocks: block_test(reference, grid, &sums, &scores),
-            pixels: noise
-                .filter(|_| c < 3)
-                .and_then(|noise| pixel_test(reference, &channel, noise, tolerance)),
+            blocks: block_test(pair[0], grid, &sums, &scores),
+            pixels: noise.and_then(|noise| pixel_test(pair[0], c, planes, noise, tolerance)),
         });
         z.push(scores);
     }
@@ -207,16 +198,11 @@ fn examine(
     }
 }
 
-/// A plane of weighted sums of the colours, through two functions.
-fn luminance(planes: &[Vec<f32>; 3], before: fn(f32) -> f32, after: fn(f32) -> f32) -> Vec<f32> {
-    use rayon::prelude::*;
-    let [r, g, b] = planes;
+fn luminance([r, g, b]: &[Vec<f32>; 3]) -> Vec<f32> {
+    let weighted = |(r, g, b)| LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b;
     (r, g, b)
         .into_par_iter()
-        .map(|(&r, &g, &b)| {
-            let [r, g, b] = [r, g, b].map(before);
-            after(LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b)
-        })
+        .map(|(r, g, b)| weighted((*r, *g, *b)))
         .collect()
 }
 
@@ -279,16 +265,18 @@ fn block_test(image: &Image, grid: &Grid, sums: &[Sums], z: &[f64]) -> BlockTest
     }
 }
 
+/// Luminance is left out: its variance is not known from those of the colours.
 fn pixel_test(
     image: &Image,
-    channel: &Channel,
+    channel: usize,
+    planes: [&[f32]; 2],
     noise: &Noise,
     tolerance: f64,
 ) -> Option<PixelTest> {
-    let (expected, samples) = (channel.expected?, noise.samples.as_ref()?);
-    let farthest = noise::farthest(channel.pair, expected, samples, tolerance);
+    let (expected, samples) = (noise.expected.get(channel)?, noise.samples.as_ref()?);
+    let farthest = noise::farthest(planes, expected, samples, tolerance);
     let i = farthest.index;
-    let [reference, test] = channel.pair.map(|plane| f64::from(plane[i]));
+    let [reference, test] = planes.map(|plane| f64::from(plane[i]));
     (farthest.count > 0).then(|| PixelTest {
         count: farthest.count,
         worst: WorstPixel {

@@ -57,6 +57,15 @@ impl Noise {
     }
 }
 
+/// Whether the files say that both images have about as many samples, so that d is symmetric.
+pub fn equally_sampled(images: [&Image; 2]) -> bool {
+    let [Some(a), Some(b)] = images.map(|image| image.samples.as_ref()) else {
+        return false;
+    };
+    let ratio = sum(a) / sum(b);
+    (0.8..=1.25).contains(&ratio)
+}
+
 /// The sum of a plane, in its order.
 fn sum(plane: &[f32]) -> f64 {
     plane.iter().copied().map(f64::from).sum()
