@@ -51,6 +51,14 @@ fn biased(report: &Report) -> String {
             let off = off(worst.difference, worst.reference);
             write!(text, "{name} of pixel {},{} is {off}", worst.x, worst.y)
         }
+        _ if blocks.outstanding == 0 => write!(
+            text,
+            "the {} blocks of {name} together, though none alone, differ by more than noise (chi-square {:.0}), \
+             and the mean {}",
+            blocks.count,
+            blocks.chi_square,
+            compared(&channel.mean)
+        ),
         _ => {
             let off = off(blocks.worst.difference, blocks.worst.reference);
             write!(
