@@ -5,6 +5,7 @@
 mod small_disk;
 
 mod command_line {
+    mod comparison;
     mod environments;
     mod harmonics;
     mod information;

@@ -1,5 +1,6 @@
 //! What a comparison found.
 
+use super::flip::Exposures;
 use serde::Serialize;
 
 /// What two images are to each other.
@@ -31,8 +32,9 @@ pub struct Report {
     pub alpha: f64,
     /// Relative bias below which a difference is not called one.
     pub tolerance: f64,
-    /// The smallest uniform relative bias that this pair would have shown, at `alpha`, in 95 of 100 cases.
-    pub detectable: f64,
+    /// The smallest uniform relative bias that this pair would have shown, at `alpha`, in 95 of 100 cases; none where noise
+    /// or a black reference hide any.
+    pub detectable: Option<f64>,
     /// Error figures.
     pub metrics: Metrics,
     /// Where a bias is surest; only with [`Verdict::Biased`].
@@ -54,8 +56,10 @@ pub struct Metrics {
     pub rel_mse: f64,
     /// Mean of |d|.
     pub mae: f64,
-    /// Mean ꟻLIP, 0 to 1.
+    /// Mean ꟻLIP, 0 to 1; none where it was not asked for.
     pub flip: Option<f64>,
+    /// The exposures at which it looked.
+    pub flip_exposures: Option<Exposures>,
 }
 
 /// The clearest sign of a bias.
@@ -65,10 +69,24 @@ pub struct Bias {
     pub length: Option<u32>,
     /// `R`, `G`, `B` or `luminance`.
     pub channel: &'static str,
-    /// The test that found it: `mean`, `blocks`, `block` or `pixel`.
-    pub test: &'static str,
+    /// The test that found it.
+    pub test: Test,
     /// Probability, under noise alone, of so clear a sign in any of all the tests.
     pub p: f64,
+}
+
+/// What is tested.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Test {
+    /// The mean over the image.
+    Mean,
+    /// All blocks together, by χ².
+    Blocks,
+    /// The worst block.
+    Block,
+    /// The worst pixel.
+    Pixel,
 }
 
 /// The tests of one layer.
@@ -93,7 +111,7 @@ pub struct Blocks {
     /// First pixel of each row of blocks, then the height.
     pub rows: Vec<usize>,
     /// For R, G, B and luminance: the normal score of each block, row after row.
-    pub z: [Vec<f64>; 4],
+    pub z: Vec<Vec<f64>>,
 }
 
 /// The tests of one channel.
@@ -116,14 +134,27 @@ pub struct MeanTest {
     pub reference: f64,
     /// Mean of the test image.
     pub test: f64,
-    /// Difference over the reference's mean; 0 where that is 0 and they are equal.
-    pub relative: f64,
-    /// 95 % confidence interval of `relative`.
-    pub interval: [f64; 2],
+    /// Mean difference.
+    pub difference: f64,
+    /// Standard error of that.
+    pub standard_error: f64,
+    /// Difference over the reference's mean, none where that is not above 0; and its 95 % confidence interval.
+    pub relative: Option<Relative>,
     /// Normal score.
     pub z: f64,
     /// Its two-sided probability under noise alone.
     pub p: f64,
+    /// By how much neighbouring pixels that share their noise raise the variance of a mean.
+    pub correlation: f64,
+}
+
+/// A relative difference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Relative {
+    /// Test over reference, less 1.
+    pub value: f64,
+    /// Its 95 % confidence interval.
+    pub interval: [f64; 2],
 }
 
 /// Block means against their scatter.
@@ -135,6 +166,8 @@ pub struct BlockTest {
     pub chi_square: f64,
     /// Probability of so great a sum under noise alone.
     pub p: f64,
+    /// Blocks that each alone show a bias.
+    pub outstanding: usize,
     /// The block with the greatest |z|.
     pub worst: WorstBlock,
 }

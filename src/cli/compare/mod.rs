@@ -1,6 +1,11 @@
 //! `ondine compare`: whether two images agree.
 
+mod html;
+mod pictures;
+mod text;
+
 use super::Outcome;
+use crate::compare::flip::{self, Exposures};
 use crate::compare::{self, Options, Verdict};
 use crate::error::Result;
 use clap::Args;
@@ -24,9 +29,12 @@ pub(super) struct CompareArgs {
     /// What is tested
     #[arg(value_name = "TEST.exr")]
     pub test: PathBuf,
-    /// The layer whose R, G, B are compared, where a file has several
+    /// The layer whose R, G and B are compared, as "ViewLayer.Combined"; "" is the plain one [default: the plain or only one]
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
+    /// The layer of the test image, where it is called otherwise
+    #[arg(long, value_name = "NAME")]
+    pub test_layer: Option<String>,
     /// How probable it may be that images that differ by noise alone are called biased
     #[arg(long, value_name = "P", default_value_t = Options::default().alpha,
           allow_negative_numbers = true, value_parser = probability)]
@@ -35,6 +43,12 @@ pub(super) struct CompareArgs {
     #[arg(long, value_name = "X", default_value_t = Options::default().tolerance,
           allow_negative_numbers = true, value_parser = tolerance)]
     pub tolerance: f64,
+    /// Leave out ꟻLIP, which takes longer than all the rest
+    #[arg(long)]
+    pub no_flip: bool,
+    /// Write a page that shows both images, where they differ and by how much
+    #[arg(long, value_name = "REPORT.html")]
+    pub html: Option<PathBuf>,
     /// Print one JSON object instead of a text
     #[arg(long)]
     pub json: bool,
@@ -46,12 +60,28 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
         tolerance: args.tolerance,
     };
     let layer = args.layer.as_deref();
-    let reference = compare::read(&args.reference, layer)?;
-    let test = compare::read(&args.test, layer)?;
-    let report = compare::compare(&reference, &test, &options)?;
+    let test_layer = args.test_layer.as_deref().or(layer);
+    // While the blocks of one file are unpacked, those of the other can be read.
+    let (reference, test) = rayon::join(
+        || compare::read(&args.reference, layer),
+        || compare::read(&args.test, test_layer),
+    );
+    let (reference, test) = (reference?, test?);
+    let mut report = compare::compare(&reference, &test, &options)?;
+    let flip = (!args.no_flip).then(|| {
+        let exposures = Exposures::of(&reference.image.radiance);
+        let [a, b] = [&reference, &test].map(|image| &image.image.radiance);
+        let flip = flip::hdr(a, b, reference.width, exposures);
+        report.metrics.flip = Some(flip.mean);
+        report.metrics.flip_exposures = Some(exposures);
+        flip
+    });
+    if let Some(path) = &args.html {
+        html::write(path, &report, [&reference, &test], flip.as_ref())?;
+    }
     match args.json {
         true => super::print_json(&report)?,
-        false => super::print(&report.summary)?,
+        false => super::print(&text::text(&report))?,
     }
     Ok(match report.verdict {
         Verdict::BitEqual | Verdict::Consistent => Outcome::Done,
