@@ -4,7 +4,7 @@
     figures.py [--ondine PROGRAM] [--out FOLDER] [--only 6,7] [--cache FOLDER] [--threads N] [--repeat N]
     figures.py --quick [--ondine PROGRAM]
 
-The page is tools/figures.md with the tables filled in; pictures go to FOLDER/images/figures. Seeds are fixed: a second run
+The page is tools/figures.template.md with the tables filled in; pictures go to FOLDER/images/figures. Seeds are fixed: a second run
 changes nothing but the seconds, and not even those while the cache is kept (target/figures, a folder for each build of the
 program). To measure them anew, leave the machine alone and delete the `.seconds` files there.
 
@@ -44,7 +44,7 @@ import lamp_equations
 
 ROOT = Path(__file__).resolve().parent.parent
 PANEL, GAP, HEADER = 256, 12, 40
-# The mean may be this many standard errors off its reference: of some 60 images, one in 2000 runs is.
+# Standard errors that a mean may be off its reference: chance alone does it once in 150,000.
 FARTHEST = 4.5
 
 
@@ -63,21 +63,21 @@ class Shot:
         return f"{of}{self.strategy} · {self.spp} spp · path length {self.length}"
 
 
-def each(strategies, spp, length):
+def shots(strategies, spp, length):
     return [Shot(strategy, spp, length) for strategy in strategies.split()]
 
 
 # One shot is shown with its reference and its difference from it, two with their reference, more by themselves.
 FIGURES = {
-    "2": each("uniform cosine", 10, 2),
-    "3": each("uniform", 1000, 3),
-    "4": each("uniform", 1024, 5),
-    "5": each("cosine", 4096, 5),
-    "6": each("uniform cosine", 5, 5),
-    "7": each("uniform cosine", 10, 5),
-    "13": each("light", 256, 5),
-    "14": each("uniform cosine light", 5, 5),
-    "15": each("uniform cosine light", 10, 5),
+    "2": shots("uniform cosine", 10, 2),
+    "3": shots("uniform", 1000, 3),
+    "4": shots("uniform", 1024, 5),
+    "5": shots("cosine", 4096, 5),
+    "6": shots("uniform cosine", 5, 5),
+    "7": shots("uniform cosine", 10, 5),
+    "13": shots("light", 256, 5),
+    "14": shots("uniform cosine light", 5, 5),
+    "15": shots("uniform cosine light", 10, 5),
     "16": [Shot("mis", 1024, length, scene) for scene, length in [("blur", 6), ("mirror", 8), ("glass", 10), ("glossy", 7)]],
 }
 GUIDE = "#666666"
@@ -224,7 +224,7 @@ def figure(number, renders, images):
             colours = difference(renders.image(shot)[0], reference.mean)
             panels.append(("relative difference, green", "blue −50 % … white 0 … red +50 %", colours))
     picture(images / f"figure-{number}.jpg", panels)
-    heading = ["scene", "strategy", " spp", " path length", " relMSE", " RMSE", " mean", " z"]
+    heading = ["scene", "strategy", " spp", " path length", " relMSE", " RMSE", " mean's deviation", " z"]
     return {f"errors_{number}": table(heading, rows)}
 
 
@@ -237,10 +237,10 @@ def coefficients(renders):
             for degree, value in enumerate(printed["values"]):
                 if value is None:
                     continue
-                integral, true = (0.0 if abs(x) < 1e-12 else x for x in (lobe["exact"][degree], lobe["lobe"][degree]))
-                off = f"{value / integral - 1:+.2%}" if integral else "all noise"
-                times = f"{value / true:.2f}" if true else "–"
-                rows.append([printed["name"], f"{lobe['exponent']:g}", str(degree), f"{value:.4f}", f"{integral:.4f}", off, f"{true:.4f}", times])
+                integral, true = lobe["exact"][degree], lobe["lobe"][degree]
+                off = f"{value / integral - 1:+.2%}".replace("-0.00%", "0.00%") if integral else "all noise"
+                numbers = [f"{value:.4f}", f"{integral:.4f}" if integral else "0", off, f"{true:.4f}", f"{value / true:.2f}"]
+                rows.append([printed["name"], f"{lobe['exponent']:g}", str(degree), *numbers])
     heading = ["the report's", " n", " l", " printed", " its integral", " off by", " true", " printed / true"]
     return {"coefficients": table(heading, rows), "cosine_1": f"{lobes[0]['lobe'][1]:.4f}"}
 
@@ -313,7 +313,8 @@ def plot(spps, curves):
         for strategy, sampler, colour, marker in LINES:
             errors, seconds = curves[strategy, sampler]
             xs = seconds if which else spps
-            axis.loglog(xs, errors, color=colour, marker=marker, ms=5, lw=1.8, ls="-" if sampler == "pcg" else "--")
+            # What lies under another line is drawn larger.
+            axis.loglog(xs, errors, color=colour, marker=marker, ms=9 if strategy == "light" else 5, lw=1.8, ls="-" if sampler == "pcg" else "--")
             ends.append((xs[-1], errors[-1], strategy if sampler == "pcg" else f"{strategy}, {sampler}", colour))
         heights = 10 ** apart(numpy.log10([end[1] for end in ends]), 0.12)
         for (x, _, text, colour), height in zip(ends, heights):
@@ -323,7 +324,7 @@ def plot(spps, curves):
         guide = numpy.array([low, low * 30])
         bottom = min(end[1] for end in ends)
         axis.plot(guide, bottom * 1.6 * numpy.sqrt(30 * low / guide), color=GUIDE, lw=1.4, ls=":")
-        axis.text(low * 1.1, bottom * 3.6, "slope −1/2", color=GUIDE, fontsize=11)
+        axis.text(low, bottom * 3.2, "slope −1/2", color=GUIDE, va="top", fontsize=11)
         axis.grid(True, which="major", color="#dddddd", lw=0.6)
         axis.spines[["top", "right"]].set_visible(False)
     axes[0].set_ylabel("relative error, √relMSE")
@@ -350,7 +351,7 @@ def write(options, folder, size, half_spp, most_spp, repeat):
         print("\n\n".join(f"{name}\n{value}" for name, value in values.items()))
         return
     values |= {"size": size, "reference_spp": 2 * half_spp}
-    page = string.Template((ROOT / "tools/figures.md").read_text()).substitute(values)
+    page = string.Template((ROOT / "tools/figures.template.md").read_text()).substitute(values)
     (folder / "figures.md").write_text(page)
     print(f"figures: {len(FIGURES) + 2} pictures, and {folder / 'figures.md'}; what it says holds")
 
