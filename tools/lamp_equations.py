@@ -134,7 +134,7 @@ def checks(samples=1_000_000):
     rows = [
         ("9", "mean of explicit samples, W/(sr m²)", exact, explicit.mean(), error(explicit)),
         ("9", "mean of hemispherical samples, W/(sr m²)", exact, blind.mean(), error(blind)),
-        ("10", "greatest difference of the two forms, r/‖x−c‖ from 0.01 to 0.99", 0, forms, 1e-13),
+        ("10", "greatest difference of its two forms, r/‖x−c‖ from 0.01 to 0.99", 0, forms, 1e-13),
         ("10", "1 − cos α_max: share of the hemisphere's directions that meet the lamp", 1 - cos_max, meets.mean(), error(meets)),
         ("11", "∫ q dω over the cone", 1, over_cone, 1e-8),
         ("11", "share of the directions it draws that meet the lamp", 1, found.mean(), 1e-5),
