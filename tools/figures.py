@@ -247,6 +247,12 @@ def coefficients(renders):
     return {"coefficients": table(heading, rows), "cosine_1": f"{lobes[0]['lobe'][1]:.4f}"}
 
 
+def power(value):
+    """One digit times a power of ten."""
+    digit, exponent = f"{value:.0e}".split("e")
+    return f"{digit}·10{str(int(exponent)).translate(str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
+
+
 def svg(drawing, path):
     drawing.savefig(path, metadata={"Date": None, "Creator": None}, facecolor="white", bbox_inches="tight", pad_inches=0.1)
     pyplot.close(drawing)
@@ -263,7 +269,7 @@ def explicit_sampling(renders, images):
         if abs(found - expected) > FARTHEST * error:
             raise Wrong(f"figure {number}: {claim}: {found} is not {expected} ± {error}")
         known = round(found, 1 - math.floor(math.log10(error)))
-        shown.append([number, claim, f"{expected:.6g}", f"{known:.6g}", f"{error:.1g}"])
+        shown.append([number, claim, f"{expected:.6g}", f"{known:.6g}", power(error)])
     values = {"explicit_spread": f"{explicit:.3f}", "blind_spread": f"{blind:.1f}", "blind_samples": f"{(blind / explicit) ** 2:,.0f}"}
     return {"lamp": table(["figure", "what", " expected", " found", " ±"], shown), **values}
 
