@@ -6,7 +6,7 @@ mod common;
 
 use common::{Setup, TILE, wave};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use ondine::film::{AovSet, Film, Region};
+use ondine::film::{AovSet, Film, Layers, Region};
 use ondine::scene::description::SamplerKind;
 use ondine::wavefront::{self, Workspace};
 use std::hint::black_box;
@@ -27,7 +27,7 @@ fn whole_loop(criterion: &mut Criterion) {
     for sampler in [SamplerKind::Pcg, SamplerKind::Sobol] {
         let setup = Setup::cornell(side, sampler, None);
         let ctx = setup.context();
-        let mut ws = Workspace::new(wave(0, 0).paths(), &setup.scene, false);
+        let mut ws = Workspace::new(wave(0, 0).paths(), &setup.scene, AovSet::default());
         group.bench_function(format!("cornell/{sampler}"), |bencher| {
             bencher.iter(|| {
                 let region = Region::full(side, side);
@@ -36,7 +36,7 @@ fn whole_loop(criterion: &mut Criterion) {
                     let wave = wave(column, row);
                     wavefront::trace(&ctx, black_box(&wave), &mut ws);
                     let radiance = &ws.radiance[..wave.paths()];
-                    film.add(wave.tile(), wave.samples, radiance, None);
+                    film.add(wave.tile(), wave.samples, radiance, Layers::default());
                 }
                 film
             });

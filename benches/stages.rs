@@ -9,7 +9,7 @@ mod common;
 use common::{Setup, TILE, wave};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
-use ondine::film::{AovSet, BLOCK, Film, MAX_SAMPLES, Region};
+use ondine::film::{AovSet, BLOCK, Film, Layers, MAX_SAMPLES, Region};
 use ondine::lanes::Rgb;
 use ondine::material::{Bsdf, Conductor, Glass, Lambert, Material, Mirror, Phong, Principled};
 use ondine::scene::description::SamplerKind;
@@ -63,7 +63,7 @@ fn bench(
 fn first_edge(setup: &Setup) -> Workspace {
     let ctx = setup.context();
     let wave = wave(0, 0);
-    let mut ws = Workspace::new(wave.paths(), &setup.scene, false);
+    let mut ws = Workspace::new(wave.paths(), &setup.scene, AovSet::default());
     ws.start(wave.paths());
     generate::rays(&ctx, &wave, &mut ws.rays);
     closest(&ctx, ctx.enclosed, &mut ws);
@@ -208,7 +208,12 @@ fn accumulate(criterion: &mut Criterion) {
         if samples > MAX_SAMPLES - BLOCK {
             (film, samples) = (new_film(), 0);
         }
-        film.add(wave.tile(), wave.samples, black_box(&ws.radiance), None);
+        film.add(
+            wave.tile(),
+            wave.samples,
+            black_box(&ws.radiance),
+            Layers::default(),
+        );
         samples += BLOCK;
     });
 }

@@ -5,7 +5,7 @@ pub mod probes;
 
 use crate::bvh::Quality;
 use crate::error::{Error, Result};
-use crate::film::{AovSet, BLOCK, Film, MAX_SAMPLES, Region};
+use crate::film::{AovSet, BLOCK, Film, Layers, MAX_SAMPLES, Region};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
@@ -84,6 +84,11 @@ impl Settings {
         self.region = Region::full(width, height);
     }
 
+    /// The extra layers, one for each path length that there can be.
+    pub fn layers(&self) -> AovSet {
+        self.aovs.up_to(self.path_length)
+    }
+
     fn random_numbers(&self) -> Sampler {
         match self.sampler {
             SamplerKind::Pcg => Sampler::pcg(self.seed, self.path_length),
@@ -106,7 +111,7 @@ impl Settings {
             strategy: self.strategy,
             path_length: self.path_length,
             roulette: self.roulette,
-            first_hits: !self.aovs.is_empty(),
+            aovs: self.layers(),
         }
     }
 
@@ -131,6 +136,7 @@ impl Settings {
             MAX_SAMPLES,
         )?;
         within("the path length", self.path_length, 1, MAX_EDGES)?;
+        self.layers().check()?;
         within("the wave size", self.wave, BLOCK, 1 << 20)?;
         if let Some(first) = self.roulette {
             within("the first edge of Russian roulette", first, 1, MAX_EDGES)?;
@@ -206,7 +212,7 @@ pub fn render_by(
         settings.width,
         settings.height,
         settings.region,
-        settings.aovs,
+        settings.layers(),
     )?;
     let build = begin.elapsed();
 
@@ -219,19 +225,18 @@ pub fn render_by(
         control.stop.load(Ordering::Relaxed) || deadline.is_some_and(|end| Instant::now() >= end)
     };
     let tallies = pool.broadcast(|_| {
-        let mut ws = Workspace::new(plan.largest_wave(), &scene, ctx.first_hits);
+        let mut ws = Workspace::new(plan.largest_wave(), &scene, ctx.aovs);
         while !stopped() {
             let Some(wave) = plan.wave(next.fetch_add(1, Ordering::Relaxed)) else {
                 break;
             };
             trace(&ctx, &wave, &mut ws);
-            let first_hits = ctx.first_hits.then(|| &ws.first_hits[..wave.paths()]);
-            film.add(
-                wave.tile(),
-                wave.samples,
-                &ws.radiance[..wave.paths()],
-                first_hits,
-            );
+            let paths = wave.paths();
+            let layers = Layers {
+                first_hits: ws.first_hits.get(..paths).unwrap_or_default(),
+                by_length: &ws.by_length,
+            };
+            film.add(wave.tile(), wave.samples, &ws.radiance[..paths], layers);
             ws.tally.end(Stage::Accumulate, 0);
             (control.progress)(wave.paths() as u64);
         }

@@ -9,7 +9,7 @@ mod film {
     mod sums;
 }
 
-use ondine::film::{AovSample, AovSet, BLOCK, Film, Region};
+use ondine::film::{AovSample, AovSet, BLOCK, Film, Layers, Region};
 
 /// SplitMix64 (Steele et al. 2014).
 pub(crate) struct Random(pub(crate) u64);
@@ -47,6 +47,7 @@ pub(crate) const ALL: AovSet = AovSet {
     albedo: true,
     normal: true,
     depth: true,
+    lengths: 2,
 };
 
 /// One call of [`Film::add`].
@@ -55,11 +56,16 @@ pub(crate) struct Wave {
     pub(crate) samples: u32,
     pub(crate) radiance: Vec<[f32; 4]>,
     pub(crate) aovs: Vec<AovSample>,
+    pub(crate) by_length: [Vec<[f32; 4]>; 2],
 }
 
 impl Wave {
     pub(crate) fn add_to(&self, film: &Film) {
-        film.add(self.tile, self.samples, &self.radiance, Some(&self.aovs));
+        let layers = Layers {
+            first_hits: &self.aovs,
+            by_length: &self.by_length,
+        };
+        film.add(self.tile, self.samples, &self.radiance, layers);
     }
 }
 
@@ -80,6 +86,7 @@ pub(crate) fn waves(region: Region, spp: u32) -> Vec<Wave> {
 
 fn wave(tile: Region, first: u32, samples: u32) -> Wave {
     let (mut radiance, mut aovs) = (Vec::new(), Vec::new());
+    let mut by_length = [Vec::new(), Vec::new()];
     for (x, y) in tile.coordinates() {
         for sample in first..first + samples {
             let mut random = Random(u64::from(x) << 40 | u64::from(y) << 20 | u64::from(sample));
@@ -89,6 +96,9 @@ fn wave(tile: Region, first: u32, samples: u32) -> Wave {
                 random.radiance(),
                 f32::NAN, // padding is not looked at
             ]);
+            for of_length in &mut by_length {
+                of_length.push([random.radiance(), 0.0, -random.radiance(), f32::NAN]);
+            }
             aovs.push(AovSample {
                 albedo: [random.unit(), random.unit(), random.unit()],
                 normal: [
@@ -105,6 +115,7 @@ fn wave(tile: Region, first: u32, samples: u32) -> Wave {
         samples,
         radiance,
         aovs,
+        by_length,
     }
 }
 
@@ -117,11 +128,15 @@ pub(crate) fn filled(width: u32, height: u32, region: Region, spp: u32) -> Film 
     film
 }
 
-/// Whether AOVs agree too, which the image hash leaves out.
+/// Whether layers agree too, which the image hash leaves out.
 pub(crate) fn assert_same(a: &Film, b: &Film) {
-    assert_eq!(a.region(), b.region());
+    assert_eq!((a.region(), a.aovs()), (b.region(), b.aovs()));
     assert_eq!(a.image_hash(), b.image_hash());
     for (x, y) in a.region().coordinates() {
         assert_eq!(a.aov(x, y), b.aov(x, y));
+        for length in 1..=a.aovs().lengths {
+            let [a, b] = [a, b].map(|film| film.sums_of_length(length, x, y));
+            assert_eq!(a, b);
+        }
     }
 }

@@ -86,7 +86,7 @@ fn a_crop_is_that_part_of_the_whole_image() {
 #[test]
 fn the_image_does_not_depend_on_the_layers_beside_it() {
     each(|description, settings, film| {
-        for layers in ["depth", "albedo,normal,depth"] {
+        for layers in ["depth", "bounces", "albedo,normal,depth,bounces"] {
             let aovs: AovSet = layers.parse().expect("layers");
             let settings = Settings {
                 aovs,
@@ -95,6 +95,70 @@ fn the_image_does_not_depend_on_the_layers_beside_it() {
             let other = render::film(description, &settings);
             assert_eq!(other.image_hash(), film.image_hash(), "{layers}");
         }
+    });
+}
+
+#[test]
+fn path_lengths_keep_their_bits_whatever_the_wave_and_however_long_the_longest() {
+    each(|description, settings, _| {
+        let film = |path_length, threads, wave| {
+            let settings = Settings {
+                aovs: "bounces".parse().expect("layers"),
+                path_length,
+                threads: Some(threads),
+                wave,
+                ..settings.clone()
+            };
+            render::film(description, &settings)
+        };
+        let films = [film(5, 1, 2048), film(5, 3, 100), film(7, 2, 777)];
+        let sums = |film: &Film, length| -> Vec<_> {
+            let pixels = film.region().coordinates();
+            pixels
+                .map(|(x, y)| film.sums_of_length(length, x, y))
+                .collect()
+        };
+        for length in 1..=5 {
+            let [one, other, longer] = &films;
+            assert!(sums(one, length) == sums(other, length), "{length}");
+            // The last edge looks for light alone, from one side: the same light to rounding.
+            assert!(
+                length == 5 || sums(one, length) == sums(longer, length),
+                "{length}"
+            );
+        }
+    });
+}
+
+#[test]
+fn path_lengths_add_up_to_the_image() {
+    each(|description, settings, film| {
+        let settings = Settings {
+            aovs: "bounces".parse().expect("layers"),
+            ..settings.clone()
+        };
+        let layered = render::film(description, &settings);
+        let mut lit = vec![false; settings.path_length as usize];
+        for (x, y) in layered.region().coordinates() {
+            let count = layered.count(x, y);
+            let mut sum = [0.0; 3];
+            for (length, lit) in (1..).zip(&mut lit) {
+                let mean = layered.sums_of_length(length, x, y).mean(count);
+                *lit |= mean != [0.0; 3];
+                (0..3).for_each(|c| sum[c] += f64::from(mean[c]));
+            }
+            for (sum, mean) in sum.into_iter().zip(film.mean(x, y)) {
+                let mean = f64::from(mean);
+                assert!(
+                    (sum - mean).abs() <= 2e-6 * mean,
+                    "{x},{y}: {sum} is not {mean}"
+                );
+            }
+        }
+        assert!(
+            lit.iter().all(|lit| *lit),
+            "light on paths of every length: {lit:?}"
+        );
     });
 }
 

@@ -7,6 +7,7 @@ The channels are there, and R, G, B, the variances and every AOV follow from the
 one unit in the last place. Prints one line and exits 0, or 1 with what is wrong. Needs the packages OpenEXR and numpy.
 """
 
+import itertools
 import sys
 from fractions import Fraction
 
@@ -55,11 +56,14 @@ def check(path):
     image = OpenEXR.File(path, separate_channels=True)
     header, channels = image.header(), image.channels()
     count = channels["exact.samples"].pixels
-    for c in "RGB":
-        total, square = exact(channels, f"exact.sum.{c}"), exact(channels, f"exact.square.{c}")
-        compare(c, channels[c].pixels, numpy.vectorize(mean, otypes=[object])(total, count))
+    # All light, and that of each path length, from 1.
+    lengths = itertools.takewhile(lambda layer: f"{layer}R" in channels, (f"length.{n}." for n in itertools.count(1)))
+    radiance = ["", *lengths]
+    for layer, c in itertools.product(radiance, "RGB"):
+        total, square = exact(channels, f"exact.{layer}sum.{c}"), exact(channels, f"exact.{layer}square.{c}")
+        compare(f"{layer}{c}", channels[f"{layer}{c}"].pixels, numpy.vectorize(mean, otypes=[object])(total, count))
         spread = numpy.vectorize(variance, otypes=[object])(total, square, count)
-        compare(f"variance.{c}", channels[f"variance.{c}"].pixels, spread)
+        compare(f"variance.{layer}{c}", channels[f"variance.{layer}{c}"].pixels, spread)
     aovs = [name for name in AOVS if name in channels]
     for name in aovs:
         total = exact(channels, f"exact.{name}")
@@ -70,7 +74,7 @@ def check(path):
     rows, columns = count.shape
     return (
         f"{path}: {columns}x{rows} pixels, {len(channels)} channels, {int(count.sum())} samples, "
-        f"AOVs {', '.join(aovs) or 'none'}: all follow from the exact sums"
+        f"AOVs {', '.join(aovs) or 'none'}, {len(radiance) - 1} path lengths: all follow from the exact sums"
     )
 
 

@@ -1,6 +1,6 @@
 //! What the benchmarks share: the Cornell box, compiled, and waves through it.
 
-use ondine::film::BLOCK;
+use ondine::film::{AovSet, BLOCK};
 use ondine::material::Material;
 use ondine::sampling::Sampler;
 use ondine::scene::Scene;
@@ -60,7 +60,7 @@ impl Setup {
             strategy: Strategy::Mis,
             path_length: PATH_LENGTH,
             roulette: None,
-            first_hits: false,
+            aovs: AovSet::default(),
         }
     }
 }

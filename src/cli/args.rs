@@ -122,7 +122,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "EV", default_value = "0", help_heading = "Output",
           allow_negative_numbers = true, value_parser = exposure)]
     pub exposure: f32,
-    /// Extra layers of the EXR, of the first surface met: albedo, normal, depth
+    /// Extra layers of the EXR: albedo, normal, depth of the first surface met; bounces: radiance by path length
     #[arg(long, value_name = "LIST", help_heading = "Output")]
     pub aov: Option<AovSet>,
     /// Print one JSON object on stdout instead of a summary

@@ -8,6 +8,8 @@ use crate::render::{Settings, all_processors};
 const PIXEL: u64 = 6 * 16 + 4 + 2 * 12 + 3;
 /// Bytes of a pixel for each number of an extra layer.
 const AOV: u64 = 16;
+/// Bytes of a pixel for each path length that is kept apart: six exact sums.
+const LENGTH: u64 = 6 * 16;
 /// Bytes of a path in a worker's queues: two rays, a vertex on a shape and one on a mesh for each of six kinds of material, a
 /// ray to a light, encounters, what it takes to trace them and what they gather.
 const PATH: u64 = 1536;
@@ -66,7 +68,8 @@ fn bytes_fit(needed: u64, available: u64, what: &str, remedy: &str) -> Result<()
 }
 
 fn film(settings: &Settings) -> u64 {
-    let pixel = PIXEL + AOV * settings.aovs.components() as u64;
+    let layers = settings.layers();
+    let pixel = PIXEL + AOV * layers.components() as u64 + LENGTH * u64::from(layers.lengths);
     settings.region.pixels() as u64 * pixel
 }
 

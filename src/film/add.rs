@@ -1,9 +1,19 @@
 //! Adding the samples of a wave: the one part of the film that runs for every sample of an image.
 
 use super::exact::{LIMIT_BITS, MAX_SAMPLES, Square, Sum, accepts};
-use super::{AovSample, BAND_ROWS, BLOCK, Band, Film, Region};
+use super::{AovSample, BAND_ROWS, BLOCK, Band, Film, PixelSums, Region};
 use std::sync::atomic::Ordering;
 use wide::f64x4;
+
+/// What samples are beside their radiance, each in the slots of [`Film::add`]; empty where the film does not hold it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Layers<'a> {
+    /// What their first rays met.
+    pub first_hits: &'a [AovSample],
+    /// Their radiance on paths of 1 edge, of 2 and so on, in the form of all radiance; slots past the last are not looked at.
+    /// What is not finite, or 2³² and more, counts as 0.
+    pub by_length: &'a [Vec<[f32; 4]>],
+}
 
 /// What a block of samples of one pixel adds up to, in `f64`.
 struct BlockSum {
@@ -17,20 +27,14 @@ impl Film {
     ///
     /// `tile` is in absolute coordinates and within the region. `radiance` holds `samples` (1 to [`BLOCK`]) consecutive
     /// samples for each pixel of the tile, row after row: slot = pixel in tile · samples + sample. RGB, the fourth
-    /// number is not looked at. `aovs` has the same slots and must be there where the film holds AOVs.
+    /// number is not looked at. `layers` have the same slots and must be there where the film holds them.
     ///
-    /// A sample with a channel that is not finite, or 2³² and more, is kept out (its AOVs too) and counted in
+    /// A sample with a channel that is not finite, or 2³² and more, is kept out (its layers too) and counted in
     /// [`Film::rejected`]. For equal bits, every pixel's samples must be cut into the same blocks in every run.
     ///
     /// # Panics
     /// Where the shapes do not fit, or a pixel would exceed [`MAX_SAMPLES`]: a fault of the caller, who checks settings.
-    pub fn add(
-        &self,
-        tile: Region,
-        samples: u32,
-        radiance: &[[f32; 4]],
-        aovs: Option<&[AovSample]>,
-    ) {
+    pub fn add(&self, tile: Region, samples: u32, radiance: &[[f32; 4]], layers: Layers) {
         let block = samples as usize;
         assert!(
             (1..=BLOCK).contains(&samples),
@@ -42,10 +46,16 @@ impl Film {
             self.region
         );
         assert_eq!(radiance.len(), tile.pixels() * block, "one slot per sample");
-        let aovs = if self.aovs.is_empty() { None } else { aovs };
+        let first_hits = self.aovs.has_first_hits().then_some(layers.first_hits);
+        let by_length = layers.by_length.get(..self.aovs.lengths as usize);
+        let by_length = by_length.expect("a layer for each path length that the film holds");
+        let fits = |slots: usize| slots == radiance.len();
         assert!(
-            aovs.map_or(self.aovs.is_empty(), |a| a.len() == radiance.len()),
-            "one AOV per sample where the film holds AOVs"
+            first_hits.is_none_or(|hits| fits(hits.len()))
+                && by_length
+                    .iter()
+                    .all(|length| length.len() >= radiance.len()),
+            "one slot per sample in each layer that the film holds"
         );
 
         let width = tile.width() as usize;
@@ -61,21 +71,44 @@ impl Film {
                 let pixel = first
                     + row * self.region.width() as usize
                     + (tile.x0 - self.region.x0) as usize;
-                rejected += band.add_row(pixel, block, &radiance[slots.clone()]);
-                if let Some(aovs) = aovs {
-                    self.add_aov_row(
-                        &mut band,
-                        pixel,
-                        block,
-                        &radiance[slots.clone()],
-                        &aovs[slots],
-                    );
+                let samples = &radiance[slots.clone()];
+                rejected += band.add_row(pixel, block, samples);
+                for (length, of_length) in by_length.iter().enumerate() {
+                    let of_length = &of_length[slots.clone()];
+                    self.add_length_row(&mut band, (pixel, length), block, samples, of_length);
+                }
+                if let Some(first_hits) = first_hits {
+                    self.add_aov_row(&mut band, pixel, block, samples, &first_hits[slots]);
                 }
             }
             y = end;
         }
         if rejected > 0 {
             self.rejected.fetch_add(rejected, Ordering::Relaxed);
+        }
+    }
+
+    fn add_length_row(
+        &self,
+        band: &mut Band,
+        (first, length): (usize, usize),
+        block: usize,
+        radiance: &[[f32; 4]],
+        of_length: &[[f32; 4]],
+    ) {
+        let stride = self.aovs.lengths as usize;
+        let pixels = band.lengths[first * stride..].chunks_exact_mut(stride);
+        let blocks = radiance
+            .chunks_exact(block)
+            .zip(of_length.chunks_exact(block));
+        for (pixel, (radiance, of_length)) in pixels.zip(blocks) {
+            let mut total = BlockSum::EMPTY;
+            for (radiance, sample) in radiance.iter().zip(of_length) {
+                if accepts_all(radiance) && accepts_all(sample) {
+                    total.add(widen(*sample));
+                }
+            }
+            pixel[length] += total.exact();
         }
     }
 
@@ -122,11 +155,7 @@ impl Band {
             let full = *count + added.kept > MAX_SAMPLES;
             assert!(!full, "more than {MAX_SAMPLES} samples in a pixel");
             *count += added.kept;
-            let (sum, square) = (added.sum.to_array(), added.square.to_array());
-            for c in 0..3 {
-                sums.sum[c] += Sum::from_f64(sum[c]);
-                sums.square[c] += Square::from_f64(square[c]);
-            }
+            *sums += added.exact();
         }
         rejected
     }
@@ -149,6 +178,15 @@ impl BlockSum {
         self.kept += 1;
         self.sum += sample;
         self.square = sample.mul_add(sample, self.square);
+    }
+
+    #[inline(always)]
+    fn exact(&self) -> PixelSums {
+        let (sum, square) = (self.sum.to_array(), self.square.to_array());
+        PixelSums {
+            sum: std::array::from_fn(|c| Sum::from_f64(sum[c])),
+            square: std::array::from_fn(|c| Square::from_f64(square[c])),
+        }
     }
 }
 

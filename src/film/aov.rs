@@ -1,4 +1,5 @@
-//! What a film can hold beside radiance: arbitrary output variables of the first surface that a path meets.
+//! What a film can hold beside radiance: arbitrary output variables of the first surface that a path meets, and the
+//! radiance of each path length by itself.
 
 use crate::error::{Error, Result};
 
@@ -11,6 +12,9 @@ pub struct AovSet {
     pub normal: bool,
     /// Distance from the camera, scene units, one channel.
     pub depth: bool,
+    /// How many path lengths are kept apart, from 1 edge up: radiance and its variance, six channels each.
+    /// [`EVERY_LENGTH`](Self::EVERY_LENGTH) where it is not known yet how many there are.
+    pub lengths: u32,
 }
 
 /// The AOVs of one sample. What a path did not meet is 0; so counts a value that is not finite, or 2³² and more.
@@ -44,14 +48,40 @@ impl AovSample {
 }
 
 impl AovSet {
-    const NAMES: &str = "albedo, normal, depth";
+    const NAMES: &str = "albedo, normal, depth, bounces";
 
-    /// Whether it names none.
-    pub fn is_empty(self) -> bool {
-        self == Self::default()
+    /// As many path lengths as paths can have: what `bounces` in a list means.
+    pub const EVERY_LENGTH: u32 = u32::MAX;
+
+    /// The most path lengths that a film keeps apart: each takes 96 bytes a pixel.
+    pub const MAX_LENGTHS: u32 = 64;
+
+    /// The same, where paths have at most so many edges.
+    pub fn up_to(self, path_length: u32) -> Self {
+        Self {
+            lengths: self.lengths.min(path_length),
+            ..self
+        }
     }
 
-    /// Numbers per pixel.
+    /// # Errors
+    /// [`Error::Usage`] for more than [`MAX_LENGTHS`](Self::MAX_LENGTHS) path lengths.
+    pub fn check(self) -> Result<()> {
+        if self.lengths > Self::MAX_LENGTHS {
+            return Err(Error::Usage(format!(
+                "the layer \"bounces\" keeps at most {} path lengths apart; choose --path-length {0} or less",
+                Self::MAX_LENGTHS
+            )));
+        }
+        Ok(())
+    }
+
+    /// Whether it names something of the first surface.
+    pub fn has_first_hits(self) -> bool {
+        self.albedo || self.normal || self.depth
+    }
+
+    /// Numbers per pixel of the first surface.
     pub fn components(self) -> usize {
         self.present().count()
     }
@@ -73,6 +103,7 @@ impl std::fmt::Display for AovSet {
             (self.albedo, "albedo"),
             (self.normal, "normal"),
             (self.depth, "depth"),
+            (self.lengths > 0, "bounces"),
         ];
         let names: Vec<_> = names.iter().filter(|n| n.0).map(|n| n.1).collect();
         f.write_str(&names.join(","))
@@ -90,6 +121,7 @@ impl std::str::FromStr for AovSet {
                 "albedo" => set.albedo = true,
                 "normal" => set.normal = true,
                 "depth" => set.depth = true,
+                "bounces" => set.lengths = Self::EVERY_LENGTH,
                 _ => {
                     let near = Self::NAMES
                         .split(", ")

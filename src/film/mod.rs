@@ -18,6 +18,7 @@ mod raster;
 mod region;
 mod whole_file;
 
+pub use add::Layers;
 pub use aov::{AovSample, AovSet};
 pub use describe::{Channel, ExrDescription, Part, describe};
 pub use exact::MAX_SAMPLES;
@@ -48,6 +49,27 @@ pub struct PixelSums {
     pub square: [Square; 3],
 }
 
+impl std::ops::AddAssign for PixelSums {
+    fn add_assign(&mut self, other: Self) {
+        for c in 0..3 {
+            self.sum[c] += other.sum[c];
+            self.square[c] += other.square[c];
+        }
+    }
+}
+
+impl PixelSums {
+    /// Mean of `count` samples; 0 without samples.
+    pub fn mean(&self, count: u32) -> [f32; 3] {
+        self.sum.map(|s| exact::mean(s, count) as f32)
+    }
+
+    /// Variance of the mean of `count` samples: the unbiased sample variance over their number. 0 with fewer than two.
+    pub fn variance(&self, count: u32) -> [f32; 3] {
+        std::array::from_fn(|c| exact::variance_of_mean(self.sum[c], self.square[c], count) as f32)
+    }
+}
+
 /// Some rows of the film.
 #[derive(Clone, Default)]
 struct Band {
@@ -55,6 +77,8 @@ struct Band {
     sums: Vec<PixelSums>,
     /// [`AovSet::components`] for each pixel.
     aovs: Vec<Sum>,
+    /// [`AovSet::lengths`] for each pixel.
+    lengths: Vec<PixelSums>,
 }
 
 /// An image as exact sums. Workers add to it through `&self`.
@@ -70,7 +94,8 @@ pub struct Film {
 impl Film {
     /// A film without samples: an image of `width` × `height` pixels of which only `region` is stored.
     ///
-    /// [`Error::Usage`] where the region is empty or reaches outside the image, or a side exceeds 2³⁰ pixels.
+    /// [`Error::Usage`] where the region is empty or reaches outside the image, a side exceeds 2³⁰ pixels, or more than
+    /// [`AovSet::MAX_LENGTHS`] path lengths are to be kept apart.
     pub fn new(width: u32, height: u32, region: Region, aovs: AovSet) -> Result<Self> {
         if width.max(height) > 1 << 30 {
             return Err(Error::Usage(format!(
@@ -83,6 +108,7 @@ impl Film {
                  choose 0 <= x0 < x1 <= {width} and 0 <= y0 < y1 <= {height}"
             )));
         }
+        aovs.check()?;
         let bands = (region.y0..region.y1)
             .step_by(BAND_ROWS as usize)
             .map(|y| {
@@ -92,6 +118,7 @@ impl Film {
                     counts: vec![0; pixels],
                     sums: vec![PixelSums::default(); pixels],
                     aovs: vec![Sum::default(); pixels * aovs.components()],
+                    lengths: vec![PixelSums::default(); pixels * aovs.lengths as usize],
                 })
             })
             .collect();
@@ -195,6 +222,19 @@ impl Film {
         })
     }
 
+    /// The exact sums of the radiance that reaches a pixel on paths of `length` edges, 1 to [`AovSet::lengths`]; panics
+    /// at other lengths.
+    pub fn sums_of_length(&self, length: u32, x: u32, y: u32) -> PixelSums {
+        let stride = self.aovs.lengths as usize;
+        assert!(
+            (1..=self.aovs.lengths).contains(&length),
+            "path length {length} of {stride}"
+        );
+        self.with_pixel(x, y, |band, i| {
+            band.lengths[i * stride + length as usize - 1]
+        })
+    }
+
     /// Mean radiance of every pixel of the region, row after row.
     pub fn means(&self) -> Vec<[f32; 3]> {
         self.collect(Band::mean)
@@ -234,9 +274,12 @@ impl Film {
             )));
         }
         if self.aovs != other.aovs {
+            let [one, two] = [self.aovs, other.aovs].map(|aovs| match aovs.lengths {
+                0 => format!("\"{aovs}\""),
+                lengths => format!("\"{aovs}\" of {lengths} path lengths"),
+            });
             return Err(Error::Usage(format!(
-                "cannot merge images with different AOVs: one has \"{}\", the other \"{}\"",
-                self.aovs, other.aovs
+                "cannot merge images with different AOVs: one has {one}, the other {two}"
             )));
         }
         let shared = |x, y| self.region.has(x, y) && other.region.has(x, y);
@@ -263,6 +306,7 @@ impl Film {
     fn add_film(&mut self, other: &Self) {
         let width = other.region.width() as usize;
         let stride = self.aovs.components();
+        let lengths = self.aovs.lengths as usize;
         for y in other.region.y0..other.region.y1 {
             let (from, i) = other.band(y);
             let (mut to, first) = self.band(y);
@@ -271,12 +315,14 @@ impl Film {
                 .iter_mut()
                 .zip(&from.counts[i..])
                 .for_each(|(a, b)| *a += b);
-            for (a, b) in to.sums[j..j + width].iter_mut().zip(&from.sums[i..]) {
-                for c in 0..3 {
-                    a.sum[c] += b.sum[c];
-                    a.square[c] += b.square[c];
-                }
-            }
+            to.sums[j..j + width]
+                .iter_mut()
+                .zip(&from.sums[i..])
+                .for_each(|(a, &b)| *a += b);
+            to.lengths[j * lengths..(j + width) * lengths]
+                .iter_mut()
+                .zip(&from.lengths[i * lengths..])
+                .for_each(|(a, &b)| *a += b);
             to.aovs[j * stride..(j + width) * stride]
                 .iter_mut()
                 .zip(&from.aovs[i * stride..])
@@ -333,14 +379,11 @@ impl Film {
 
 impl Band {
     fn mean(&self, i: usize) -> [f32; 3] {
-        self.sums[i]
-            .sum
-            .map(|s| exact::mean(s, self.counts[i]) as f32)
+        self.sums[i].mean(self.counts[i])
     }
 
     fn variance(&self, i: usize) -> [f32; 3] {
-        let PixelSums { sum, square } = self.sums[i];
-        std::array::from_fn(|c| exact::variance_of_mean(sum[c], square[c], self.counts[i]) as f32)
+        self.sums[i].variance(self.counts[i])
     }
 }
 

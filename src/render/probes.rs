@@ -12,6 +12,7 @@
 
 use super::{Control, Settings, all_processors, workers};
 use crate::error::{Error, Result};
+use crate::film::AovSet;
 use crate::film::exact::accepts;
 use crate::lanes::{WIDTH, f32x8, u32x8};
 use crate::scene::Scene;
@@ -79,7 +80,7 @@ pub fn bake(
     let scene = pool.install(|| Scene::compile_with(description, settings.bvh));
     let sampler = settings.random_numbers();
     let ctx = Context {
-        first_hits: false,
+        aovs: AovSet::default(),
         ..settings.context(&scene, Sensor::Probes(positions), &sampler)
     };
     let plan = Plan::new(settings);
@@ -90,7 +91,7 @@ pub fn bake(
     let next = AtomicUsize::new(0);
     let begin = Instant::now();
     let tallies = pool.broadcast(|_| {
-        let mut ws = Workspace::new(plan.largest_wave(), &scene, false);
+        let mut ws = Workspace::new(plan.largest_wave(), &scene, ctx.aovs);
         let mut values = vec![f32x8::ZERO; coefficients(degree)];
         while !control.stop.load(Ordering::Relaxed) {
             let task = next.fetch_add(1, Ordering::Relaxed);

@@ -11,7 +11,7 @@ mod tally;
 pub use queues::Workspace;
 pub use tally::{Stage, Tally};
 
-use crate::film::Region;
+use crate::film::{AovSet, Region};
 use crate::lanes::Rgbx8;
 use crate::material::{Bsdf, Conductor, Glass, Kind, Lambert, Mirror, Phong, Principled};
 use crate::sampling::Sampler;
@@ -37,8 +37,8 @@ pub struct Context<'a> {
     pub path_length: u32,
     /// First edge at which Russian roulette may end a path.
     pub roulette: Option<u32>,
-    /// Whether the first hits are kept for the albedo, normal and depth layers.
-    pub first_hits: bool,
+    /// What is kept beside radiance.
+    pub aovs: AovSet,
 }
 
 /// The paths that one worker carries at a time: a tile of pixels × a run of samples (for a film, within one block).
@@ -83,7 +83,7 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
     ws.start(wave.paths());
     generate::rays(ctx, wave, &mut ws.rays);
     ws.tally.end(Stage::Generate, ws.rays.len());
-    if ctx.first_hits {
+    if ctx.aovs.has_first_hits() {
         match ctx.scene.meshes.as_ref() {
             Some(meshes) => intersect::meshes::first_hits(ctx, meshes, ws),
             None => intersect::first_hits(ctx.scene, &ws.rays, &mut ws.first_hits),
@@ -113,8 +113,10 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
         if only_lights {
             accumulate::shadowed(ctx, &ws.encounters, &mut ws.shadow_rays);
         } else {
-            accumulate::encounters(ctx, &ws.encounters, &mut ws.radiance);
-            accumulate::mesh_encounters(ctx, &ws.mesh_encounters, &mut ws.radiance);
+            for sums in sums(&mut ws.radiance, &mut ws.by_length, edge) {
+                accumulate::encounters(ctx, &ws.encounters, sums);
+                accumulate::mesh_encounters(ctx, &ws.mesh_encounters, sums);
+            }
         }
         let encounters = ws.encounters.len() + ws.mesh_encounters.len();
         ws.tally.end(Stage::Accumulate, encounters);
@@ -138,7 +140,10 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
             intersect::meshes::visible(meshes, &ws.shadow_rays, &mut ws.visible, &mut ws.tracing);
         }
         ws.tally.end(Stage::Intersect, shadows);
-        accumulate::visible(&ws.shadow_rays, &ws.visible, &mut ws.radiance);
+        let length = if only_lights { edge } else { edge + 1 };
+        for sums in sums(&mut ws.radiance, &mut ws.by_length, length) {
+            accumulate::visible(&ws.shadow_rays, &ws.visible, sums);
+        }
         ws.tally.end(Stage::Accumulate, shadows);
         ws.tally.shadows(shadows);
         ws.swap_rays();
@@ -170,6 +175,16 @@ pub fn trace_first(
         accumulate::shaded(&ws.mesh_vertices[kind as usize], &shade, &mut ws.radiance);
     }
     ws.tally.end(Stage::Accumulate, paths);
+}
+
+/// What light on paths of `length` edges is added to: the radiance of all paths, and that of their length where it is kept.
+fn sums<'a>(
+    radiance: &'a mut [[f32; 4]],
+    by_length: &'a mut [Vec<[f32; 4]>],
+    length: u32,
+) -> impl Iterator<Item = &'a mut [[f32; 4]]> {
+    let of_length = by_length.get_mut(length as usize - 1);
+    std::iter::once(radiance).chain(of_length.map(Vec::as_mut_slice))
 }
 
 /// What the rays meet: hits in the queues of their kinds, light in those of the encounters.

@@ -2,7 +2,7 @@
 
 use super::tally::Tally;
 use crate::bvh::{HitX8, Rays, ShadowRays, Stacks};
-use crate::film::AovSample;
+use crate::film::{AovSample, AovSet};
 use crate::lanes::{Batch, Queue, Rgb, Table, Vec3x8, WIDTH, f32x8, u32x8};
 use crate::material::{Bsdf, Kind, ModulationX8};
 use crate::record;
@@ -294,6 +294,8 @@ pub struct Workspace {
     pub visible: Vec<u8>,
     /// Radiance of each path of the wave; the fourth number is unused.
     pub radiance: Vec<[f32; 4]>,
+    /// The part of it that came on paths of 1 edge, of 2 and so on, where asked for.
+    pub by_length: Vec<Vec<[f32; 4]>>,
     /// What each path's camera ray met, where asked for.
     pub first_hits: Vec<AovSample>,
     /// Seconds and counts.
@@ -302,11 +304,13 @@ pub struct Workspace {
 
 impl Workspace {
     /// Room for waves of up to `paths` paths through a scene.
-    pub fn new(paths: usize, scene: &Scene, first_hits: bool) -> Self {
+    pub fn new(paths: usize, scene: &Scene, aovs: AovSet) -> Self {
         let room = |needed: bool| if needed { paths } else { 0 };
         let meshes = scene.meshes.as_ref();
         let on_meshes = |kind: Kind| meshes.is_some_and(|meshes| meshes.kinds.contains(&kind));
         let cutouts = meshes.is_some_and(|meshes| !meshes.masked.tree.is_empty());
+        // Whole batches: a dead lane too has a place to add its 0 to.
+        let radiance = vec![[0.0; 4]; paths.next_multiple_of(WIDTH)];
         Self {
             rays: Queue::with_capacity(paths),
             next_rays: Queue::with_capacity(paths),
@@ -317,9 +321,9 @@ impl Workspace {
             tracing: Tracing::new(room(meshes.is_some()), cutouts),
             shadow_rays: Queue::with_capacity(paths),
             visible: Vec::with_capacity(paths.div_ceil(WIDTH)),
-            // Whole batches: a dead lane too has a place to add its 0 to.
-            radiance: vec![[0.0; 4]; paths.next_multiple_of(WIDTH)],
-            first_hits: vec![AovSample::default(); if first_hits { paths } else { 0 }],
+            by_length: vec![radiance.clone(); aovs.lengths as usize],
+            radiance,
+            first_hits: vec![AovSample::default(); room(aovs.has_first_hits())],
             tally: Tally::default(),
         }
     }
@@ -328,7 +332,9 @@ impl Workspace {
     pub fn start(&mut self, paths: usize) {
         self.tally.start();
         self.rays.clear();
-        self.radiance[..paths].fill([0.0; 4]);
+        for radiance in std::iter::once(&mut self.radiance).chain(&mut self.by_length) {
+            radiance[..paths].fill([0.0; 4]);
+        }
         self.first_hits.fill(AovSample::default());
     }
 

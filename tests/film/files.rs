@@ -3,7 +3,7 @@
 use crate::{ALL, Random, assert_same, filled};
 use ondine::error::Error;
 use ondine::film::tonemap::{Operator, Tonemap};
-use ondine::film::{AovSet, Film, Metadata, Region, describe, exr, png, write_whole};
+use ondine::film::{AovSet, Film, Layers, Metadata, Region, describe, exr, png, write_whole};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -43,7 +43,11 @@ fn sample_film() -> Film {
         x1: 10,
         y1: 10,
     };
-    film.add(pixel, 1, &[[f32::NAN; 4]], Some(&[Default::default()]));
+    let layers = Layers {
+        first_hits: &[Default::default()],
+        by_length: &[vec![[0.0; 4]], vec![[0.0; 4]]],
+    };
+    film.add(pixel, 1, &[[f32::NAN; 4]], layers);
     film
 }
 
@@ -87,7 +91,12 @@ fn an_exr_without_aovs_comes_back_too() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plain.exr");
     let film = Film::new(5, 4, Region::full(5, 4), AovSet::default()).unwrap();
-    film.add(Region::full(5, 4), 1, &[[-0.5, 2.0, 1e-6, 0.0]; 20], None);
+    film.add(
+        Region::full(5, 4),
+        1,
+        &[[-0.5, 2.0, 1e-6, 0.0]; 20],
+        Layers::default(),
+    );
     exr::write(&path, &film, &Metadata::default()).unwrap();
     let (read, metadata) = exr::read(&path).unwrap();
     assert_eq!(metadata, Metadata::default());

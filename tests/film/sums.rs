@@ -2,7 +2,7 @@
 
 use crate::{ALL, Random, assert_same, filled, waves};
 use ondine::error::Error;
-use ondine::film::{AovSample, AovSet, Film, Region};
+use ondine::film::{AovSample, AovSet, Film, Layers, Region};
 
 const REGION: Region = Region::full(23, 19);
 
@@ -121,15 +121,22 @@ fn what_is_not_finite_or_too_large_is_counted_and_kept_out() {
         radiance.len()
     ];
     aovs[6].albedo = [f32::NAN, 1.0, f32::INFINITY];
-    film.add(pixel, 7, &radiance, Some(&aovs));
+    let by_length = [radiance.clone(), vec![[f32::NAN, 2.0, 1.0, 0.0]; 7]];
+    let layers = Layers {
+        first_hits: &aovs,
+        by_length: &by_length,
+    };
+    film.add(pixel, 7, &radiance, layers);
     assert_eq!(film.rejected(), bad.len() as u64);
     assert_eq!(film.count(0, 0), 2);
     assert_eq!(film.mean(0, 0), [2.0, 0.0, -1.0]);
     assert_eq!(film.aov(0, 0).albedo, [0.0, 0.5, 0.0]);
     assert_eq!(film.aov(0, 0).depth, 2.0);
+    assert_eq!(film.sums_of_length(1, 0, 0), film.sums(0, 0));
+    assert_eq!(film.sums_of_length(2, 0, 0), Default::default());
 
     let clean = Film::new(1, 1, pixel, AovSet::default()).unwrap();
-    clean.add(pixel, 2, &[radiance[0], radiance[6]], None);
+    clean.add(pixel, 2, &[radiance[0], radiance[6]], Layers::default());
     assert_eq!(film.image_hash(), clean.image_hash());
 }
 
@@ -138,7 +145,7 @@ fn aovs_do_not_change_the_image_hash() {
     let with = filled(23, 19, REGION, 16);
     let without = new(AovSet::default());
     for wave in waves(REGION, 16) {
-        without.add(wave.tile, wave.samples, &wave.radiance, None);
+        without.add(wave.tile, wave.samples, &wave.radiance, Layers::default());
     }
     assert_eq!(with.image_hash(), without.image_hash());
 }
@@ -178,7 +185,8 @@ fn a_merge_that_cannot_be_adds_nothing() {
     let hash = film.image_hash();
     let wider = Film::new(24, 19, REGION, ALL).unwrap();
     let fewer = new(AovSet::default());
-    for other in [wider, fewer] {
+    let longer = new(AovSet { lengths: 3, ..ALL });
+    for other in [wider, fewer, longer] {
         assert!(matches!(film.merge(&other), Err(Error::Usage(_))));
     }
     // Doubling passes 2^27 samples at the 24th time.
@@ -215,7 +223,10 @@ fn regions_and_aovs_are_read_with_good_errors() {
         (set.to_string(), set.components()),
         ("albedo,depth".to_owned(), 4)
     );
-    assert!("".parse::<AovSet>().unwrap().is_empty());
+    assert_eq!("".parse::<AovSet>().unwrap(), AovSet::default());
+    let bounces: AovSet = "bounces".parse().unwrap();
+    assert_eq!(bounces.up_to(7).lengths, 7);
+    assert!(bounces.check().is_err());
     let error = "normals".parse::<AovSet>().unwrap_err().to_string();
     assert!(error.contains("did you mean \"normal\"?"), "{error}");
     for wrong in [

@@ -179,7 +179,7 @@ fn an_image_of_meshes_depends_on_no_thread_wave_crop_or_layer() {
         };
         let same_part = whole.image_hash_of(region).expect("within");
         assert_eq!(film(&description, &part).image_hash(), same_part);
-        let aovs: AovSet = "albedo,normal,depth".parse().expect("layers");
+        let aovs: AovSet = "albedo,normal,depth,bounces".parse().expect("layers");
         let layers = Settings { aovs, ..base };
         assert_eq!(film(&description, &layers).image_hash(), hash);
     }
