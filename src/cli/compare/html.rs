@@ -195,10 +195,11 @@ fn plates(pictures: &Pictures) -> String {
 }
 
 fn scale_note(pictures: &Pictures) -> String {
-    let mut note = format!(
-        "At 0 EV, radiance is shown times 2<sup>{}</sup>.",
-        pictures.exposure.to_string().replace('-', "−")
-    );
+    let mut note = String::new();
+    if pictures.exposure != 0.0 {
+        let exposure = pictures.exposure.to_string().replace('-', "−");
+        note += &format!(" At 0 EV, radiance is shown times 2<sup>{exposure}</sup>.");
+    }
     if pictures.scale > 1 {
         note += &format!(
             " Each pixel shown is the mean of {0} × {0} of the images.",

@@ -112,20 +112,22 @@
 
   function blocks() {
     const { columns, rows, z } = chosen(), across = columns.length - 1;
-    brush.setTransform(zoom / scale, 0, 0, zoom / scale, left, top);
+    brush.setTransform(1, 0, 0, 1, 0, 0);
+    // Whole pixels of the screen: no seams.
+    const x = columns.map((c) => Math.round(left + c * zoom / scale)), y = rows.map((r) => Math.round(top + r * zoom / scale));
     const at = (i) => {
-      const x = i % across, y = Math.floor(i / across);
-      return [columns[x], rows[y], columns[x + 1] - columns[x], rows[y + 1] - rows[y]];
+      const c = i % across, r = Math.floor(i / across);
+      return [x[c], y[r], x[c + 1] - x[c], y[r + 1] - y[r]];
     };
     z.forEach((value, i) => {
       const part = Math.max(-1, Math.min(1, value / Z_END));
-      brush.globalAlpha = 0.08 + 0.8 * Math.abs(part);
-      brush.fillStyle = `rgb(${ramps.blocks[Math.round(127.5 + 127.5 * Math.sign(part) * (0.5 + 0.5 * Math.abs(part)))]})`;
+      brush.globalAlpha = 0.15 + 0.55 * Math.abs(part);
+      brush.fillStyle = `rgb(${ramps.blocks[Math.round(127.5 + 127.5 * part)]})`;
       brush.fillRect(...at(i));
     });
     brush.globalAlpha = 1;
     if (hover && hover.block >= 0) {
-      brush.lineWidth = 2 * devicePixelRatio * scale / zoom;
+      brush.lineWidth = 2 * devicePixelRatio;
       brush.strokeStyle = "#fff";
       brush.strokeRect(...at(hover.block));
     }
