@@ -26,7 +26,7 @@ pub(super) struct Opponents {
     pub y_less_z: f32x8,
 }
 
-/// CIELAB with a and b as strong as the luminance makes them (Andersson et al. 2020, sec. 4.1.3).
+/// CIELAB with a and b as strong as the luminance makes them (Andersson et al. 2020, "Perceptually Uniform Color Space").
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hunt {
     pub l: f32x8,
@@ -97,7 +97,7 @@ impl Hunt {
     }
 
     /// The error of colour, 0 to 1: distances to the power 0.7, of which the first 40 % take 95 % of the range
-    /// (Andersson et al. 2020, sec. 4.1.4).
+    /// (Andersson et al. 2020, "Color Difference Metric and Error Redistribution").
     #[inline]
     pub fn error(self, other: Self) -> f32x8 {
         const KNEE: f32 = 0.4;

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 /// Pixels in a degree of the visual field: 0.7 m from 3840 pixels that are 0.7 m wide
-/// (Andersson et al. 2020, sec. 4.1: a distance in widths of the screen, times its pixels, in degrees).
+/// (the observer of Andersson et al. 2020).
 const PIXELS_PER_DEGREE: f64 = 3840.0 * PI / 180.0;
 
 /// The farthest pixel that any filter sees: three standard deviations of the widest, rounded up.
@@ -16,12 +16,12 @@ pub(super) struct Filter(Vec<f32>);
 /// All filters of a look.
 #[derive(Clone, Debug)]
 pub(super) struct Filters {
-    /// Of luminance, the red-green difference and the yellow-blue difference (two that are added, each for rows and for columns): what contrast the eye
-    /// sees (sec. 4.1.1, table 1).
+    /// What contrast the eye sees in luminance, from red to green, and from yellow to blue: there two are added, each for rows and
+    /// columns (Andersson et al. 2020, "Spatial Filtering"; Johnson & Fairchild 2003).
     pub luminance: Filter,
     pub red_green: Filter,
     pub yellow_blue: [Filter; 2],
-    /// A Gaussian, and its first and second derivative (sec. 4.2).
+    /// A Gaussian, and its first and second derivative ("Feature Detection").
     pub smooth: Filter,
     pub edge: Filter,
     pub point: Filter,

@@ -36,7 +36,7 @@ pub struct Exposures {
 }
 
 /// The tone curve of the exposures: the fit of ACES by Narkowicz 2015, at 0.6 of the radiance
-/// (Andersson et al. 2021, sec. 3).
+/// (Andersson et al. 2021).
 #[derive(Clone, Copy, Debug)]
 struct ToneCurve;
 
@@ -50,7 +50,7 @@ impl ToneCurve {
     /// From radiance to [0, 1]; what is negative or no number gives 0.
     #[inline]
     fn apply(x: f32x8) -> f32x8 {
-        // The constant first: `fast_max` gives the second where one is no number.
+        // `fast_max` gives its argument where either is no number.
         let x = x.fast_max(f32x8::ZERO).fast_min(f32x8::splat(Self::LIMIT));
         let [square, linear] = Self::ABOVE.map(f32x8::splat);
         let above = x.mul_add(square, linear) * x;
@@ -59,7 +59,7 @@ impl ToneCurve {
         (above / below).fast_min(f32x8::ONE)
     }
 
-    /// The radiance that the curve takes to 0.85: there the paper's exposures begin and end (sec. 4).
+    /// The radiance that the curve takes to 0.85 (Andersson et al. 2021, "Computing Start and Stop Exposures").
     fn nearly_white() -> f64 {
         const LEVEL: f64 = 0.85;
         let [a2, a1] = Self::ABOVE.map(f64::from);
@@ -71,7 +71,7 @@ impl ToneCurve {
 
 impl Exposures {
     /// Those of a reference: from where its greatest luminance is nearly white to where its median is
-    /// (Andersson et al. 2021, sec. 4).
+    /// (Andersson et al. 2021, "Computing Start and Stop Exposures").
     ///
     /// Luminances below 2⁻²³ count as that: so a black image has exposures too.
     pub fn of(reference: &[Vec<f32>; 3]) -> Self {

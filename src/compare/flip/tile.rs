@@ -214,7 +214,7 @@ impl Workspace {
         }
     }
 
-    /// Andersson et al. 2020, sec. 4.3: where features differ, colours count for more.
+    /// Andersson et al. 2020, "Final Difference": where features differ, colours count for more.
     fn compare(&mut self) {
         let [reference, test] = self.seen.each_ref().map(|seen| {
             let Seen {
