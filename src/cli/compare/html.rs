@@ -1,15 +1,17 @@
 //! The page of a comparison: one file that needs no network.
 
 use super::pictures::{Pictures, pictures};
+use super::tables::{
+    channels, escape, lengths, metrics, number, percent, settings, signed_percent,
+};
 use crate::compare::flip::Flip;
-use crate::compare::{Blocks, CHANNELS, ChannelReport, Image, LayerReport, Report, Verdict};
+use crate::compare::{Blocks, CHANNELS, Image, Report, Verdict};
 use crate::error::{Error, Result};
-use crate::film::{describe, write_whole};
+use crate::film::write_whole;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
-use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -97,59 +99,12 @@ fn verdict(verdict: Verdict) -> (&'static str, &'static str) {
     }
 }
 
-/// Text between tags and in attributes.
-fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped += "&amp;",
-            '<' => escaped += "&lt;",
-            '>' => escaped += "&gt;",
-            '"' => escaped += "&quot;",
-            '\'' => escaped += "&#39;",
-            c => escaped.push(c),
-        }
-    }
-    escaped
-}
-
 /// Without the verdict, which stands above it, and with a capital.
 fn sentence(summary: &str) -> String {
     let said = summary.split_once(": ").map_or(summary, |(_, said)| said);
     let mut characters = said.chars();
     let first = characters.next().map(|c| c.to_uppercase().to_string());
-    escape(&(first.unwrap_or_default() + characters.as_str()))
-}
-
-/// Four digits that matter.
-fn number(x: f64) -> String {
-    let text = match x.abs() {
-        0.0 => "0".to_owned(),
-        size if (1e-3..1e5).contains(&size) => {
-            let before = libm::log10(size).floor() as i32;
-            let digits = usize::try_from(3 - before).unwrap_or(0);
-            format!("{x:.digits$}")
-        }
-        _ => format!("{x:.2e}"),
-    };
-    text.replace('-', "−")
-}
-
-/// A probability.
-fn probability(p: f64) -> String {
-    match p {
-        p if p >= 1e-3 => format!("{p:.3}"),
-        p if p > 1e-99 => format!("{p:.0e}").replace('-', "−"),
-        _ => "< 1e−99".to_owned(),
-    }
-}
-
-fn signed_percent(fraction: f64) -> String {
-    percent(fraction, if fraction > 0.0 { "+" } else { "" })
-}
-
-fn percent(fraction: f64, sign: &str) -> String {
-    format!("{sign}{} %", number(100.0 * fraction))
+    escape(&(first.unwrap_or_default() + characters.as_str())).replace(" -", " −")
 }
 
 /// What is looked for first.
@@ -164,7 +119,7 @@ fn figures(report: &Report) -> String {
         ),
         (
             "Bias it would find",
-            report.detectable.map(|bias| percent(bias, "")),
+            report.detectable.map(|bias| percent(bias)),
         ),
         ("relMSE", Some(number(metrics.rel_mse))),
         ("ꟻLIP", metrics.flip.map(number)),
@@ -207,181 +162,6 @@ fn scale_note(pictures: &Pictures) -> String {
         );
     }
     note
-}
-
-fn metrics(report: &Report) -> String {
-    let metrics = &report.metrics;
-    let mut rows = String::new();
-    let mut row = |name: &str, value: String, text: String| {
-        rows += &format!(
-            "<tr><th scope=\"row\">{name}</th><td>{value}</td><td class=\"text\">{text}</td></tr>"
-        );
-    };
-    let expected = metrics.expected_mse.map_or(String::new(), |expected| {
-        format!("; noise alone makes {}", number(expected))
-    });
-    row(
-        "MSE",
-        number(metrics.mse),
-        format!("mean of d², d = test − reference{expected}"),
-    );
-    row(
-        "relMSE",
-        number(metrics.rel_mse),
-        "mean of d² / (reference² + 0.01)".to_owned(),
-    );
-    row("MAE", number(metrics.mae), "mean of |d|".to_owned());
-    if let (Some(flip), Some(at)) = (metrics.flip, metrics.flip_exposures) {
-        let text = format!(
-            "mean HDR-ꟻLIP, 0 to 1, at {} exposures from {:+.2} to {:+.2} EV",
-            at.count, at.start, at.stop
-        );
-        row(
-            "ꟻLIP",
-            number(flip),
-            text.replace('-', "−").replace("HDR−", "HDR-"),
-        );
-    }
-    if let Some(bias) = report.detectable {
-        row(
-            "Detectable bias",
-            percent(bias, ""),
-            "smallest uniform bias that this pair would have shown in 95 of 100 cases".to_owned(),
-        );
-    }
-    row(
-        "α",
-        number(report.alpha),
-        "probability of a false alarm, all tests together".to_owned(),
-    );
-    row(
-        "Tolerance",
-        percent(report.tolerance, ""),
-        "relative bias that is not called one".to_owned(),
-    );
-    format!("<tbody>{rows}</tbody>")
-}
-
-/// The heads of a table of tests.
-fn heads(first: &str) -> String {
-    let names = [
-        first,
-        "Reference",
-        "Test",
-        "Difference",
-        "95 % interval",
-        "z",
-        "p",
-        "p of blocks",
-        "Worst block",
-        "its z",
-    ];
-    let cells = names.map(|name| format!("<th scope=\"col\">{name}</th>"));
-    format!("<thead><tr>{}</tr></thead>", cells.concat())
-}
-
-/// A row of one: a channel's tests.
-fn channel_row(name: &str, biased: bool, channel: &ChannelReport) -> String {
-    let ChannelReport { mean, blocks, .. } = channel;
-    let [difference, interval] = match mean.relative {
-        Some(relative) => {
-            let [low, high] = relative.interval.map(signed_percent);
-            [signed_percent(relative.value), format!("{low} to {high}")]
-        }
-        None => [number(mean.difference), String::new()],
-    };
-    let [x0, y0, x1, y1] = blocks.worst.region;
-    let cells = [
-        number(mean.reference),
-        number(mean.test),
-        difference,
-        interval,
-        number(mean.z),
-        probability(mean.p),
-        probability(blocks.p),
-        format!("{x0},{y0} to {x1},{y1}"),
-        number(blocks.worst.z),
-    ];
-    let cells = cells.map(|cell| format!("<td>{cell}</td>"));
-    let class = if biased { " class=\"biased\"" } else { "" };
-    format!(
-        "<tr{class}><th scope=\"row\">{name}</th>{}</tr>",
-        cells.concat()
-    )
-}
-
-fn channels(layer: &LayerReport) -> String {
-    let rows = layer
-        .channels
-        .iter()
-        .map(|channel| channel_row(channel.channel, false, channel));
-    format!(
-        "{}<tbody>{}</tbody>",
-        heads("Channel"),
-        rows.collect::<String>()
-    )
-}
-
-/// The luminance of each path length.
-fn lengths(report: &Report) -> String {
-    if report.lengths.is_empty() {
-        return "<p class=\"hint\">Not both images have layers by path length. Rendered with <code>--aov bounces</code>, they show \
-                at which path length a bias begins.</p>"
-            .to_owned();
-    }
-    let row = |layer: &LayerReport| {
-        let luminance = layer.channels.last()?;
-        let name = match (layer.length?, layer.biased) {
-            (length, true) => format!("{length} <span class=\"yes\">biased</span>"),
-            (length, false) => length.to_string(),
-        };
-        Some(channel_row(&name, layer.biased, luminance))
-    };
-    let rows: String = report.lengths.iter().filter_map(row).collect();
-    format!(
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"lengths\"><table>{}<tbody>{rows}</tbody></table></div>\
-         <p class=\"hint\">Luminance of the light that arrives on paths of that many edges.</p>",
-        heads("Edges")
-    )
-}
-
-/// What the files say of how they were made: attributes `ondine.*`.
-fn settings(images: [&Image; 2]) -> String {
-    let [reference, test] = images.map(|image| attributes(&image.path));
-    let names: BTreeSet<&String> = reference.keys().chain(test.keys()).collect();
-    if names.is_empty() {
-        return String::new();
-    }
-    let row = |name: &String| {
-        let [a, b] = [&reference, &test].map(|all| all.get(name).map_or("", String::as_str));
-        let class = if a == b { "" } else { " class=\"differs\"" };
-        format!(
-            "<tr{class}><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>",
-            escape(&name.replace('_', " ")),
-            escape(a),
-            escape(b)
-        )
-    };
-    let rows: String = names.into_iter().map(row).collect();
-    format!(
-        "<section aria-labelledby=\"settings\"><h2 id=\"settings\">Settings</h2><div class=\"scroll\" tabindex=\"0\" role=\"region\" \
-         aria-labelledby=\"settings\"><table class=\"settings\"><thead><tr><th></th><th scope=\"col\">Reference</th>\
-         <th scope=\"col\">Test</th></tr></thead><tbody>{rows}</tbody></table></div></section>"
-    )
-}
-
-/// None where the header cannot be read again: the page can do without.
-fn attributes(path: &Path) -> BTreeMap<String, String> {
-    let parts = describe(path).map_or(Vec::new(), |file| file.parts);
-    let all = parts.into_iter().flat_map(|part| part.attributes);
-    all.filter_map(|(name, value)| {
-        let text = match value {
-            Value::String(text) => text,
-            other => other.to_string(),
-        };
-        Some((name.strip_prefix("ondine.")?.to_owned(), text))
-    })
-    .collect()
 }
 
 fn notes(report: &Report) -> String {
@@ -489,19 +269,5 @@ mod tests {
         }
         // What would end the elements that hold them.
         assert!(!STYLE.contains("</") && !SCRIPT.contains("</") && !SCRIPT.contains("<!--"));
-    }
-
-    #[test]
-    fn numbers_have_four_digits() {
-        for (x, text) in [
-            (0.0, "0"),
-            (1.0, "1.000"),
-            (-12.345_67, "−12.35"),
-            (99_999.0, "99999"),
-            (1e-5, "1.00e−5"),
-            (0.001, "0.001000"),
-        ] {
-            assert_eq!(number(x), text);
-        }
     }
 }

@@ -2,6 +2,7 @@
 
 mod html;
 mod pictures;
+mod tables;
 mod text;
 
 use super::Outcome;
