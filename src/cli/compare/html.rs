@@ -117,10 +117,7 @@ fn figures(report: &Report) -> String {
             "Mean luminance",
             relative.map(|relative| signed_percent(relative.value)),
         ),
-        (
-            "Bias it would find",
-            report.detectable.map(|bias| percent(bias)),
-        ),
+        ("Bias it would find", report.detectable.map(percent)),
         ("relMSE", Some(number(metrics.rel_mse))),
         ("ꟻLIP", metrics.flip.map(number)),
     ];
