@@ -17,6 +17,9 @@ use std::path::Path;
 /// Blocks that are unpacked at once.
 const BATCH: usize = 32;
 
+/// 16384 × 16384.
+const MOST_PIXELS: u128 = 1 << 28;
+
 /// A part of a file.
 #[derive(Debug)]
 pub struct Part {
@@ -101,7 +104,7 @@ fn decode(
     // More pixels than so many bytes can hold are a lie, and much memory.
     let area = header.layer_size.0 as u128 * header.layer_size.1 as u128;
     let wanted = area * 4 * selection.channels.len() as u128;
-    if wanted > u128::from(bytes) * most_packed(header.compression) {
+    if area > MOST_PIXELS || wanted > u128::from(bytes) * most_packed(header.compression) {
         return Err(damaged(path, "it has fewer bytes than its size needs"));
     }
 
@@ -170,16 +173,13 @@ fn part(header: &Header) -> Part {
     }
 }
 
-/// By how much a compression can shrink: deflate 1032-fold (zlib's technical notes), run lengths less. What transforms
-/// first may make whole blocks vanish.
+/// By how much a compression can shrink: deflate 1032-fold (zlib's technical notes), run lengths and B44 less; PIZ's codes
+/// for runs more, and DWA deflates what has one number for 64.
 fn most_packed(compression: Compression) -> u128 {
     match compression {
-        Compression::Uncompressed
-        | Compression::RLE
-        | Compression::ZIP1
-        | Compression::ZIP16
-        | Compression::PXR24 => 1100,
-        _ => 1 << 16,
+        Compression::DWAA(_) | Compression::DWAB(_) => 1 << 16,
+        Compression::PIZ => 1 << 13,
+        _ => 1100,
     }
 }
 
