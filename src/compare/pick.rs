@@ -101,10 +101,13 @@ fn decode(
             "a channel is subsampled; write every pixel of it",
         ));
     }
-    // More pixels than so many bytes can hold are a lie, and much memory.
     let area = header.layer_size.0 as u128 * header.layer_size.1 as u128;
+    if area > MOST_PIXELS {
+        return Err(Error::format(path, "it has more than 2^28 pixels; crop it"));
+    }
+    // More pixels than so many bytes can hold are a lie, and much memory.
     let wanted = area * 4 * selection.channels.len() as u128;
-    if area > MOST_PIXELS || wanted > u128::from(bytes) * most_packed(header.compression) {
+    if wanted > u128::from(bytes) * most_packed(header.compression) {
         return Err(damaged(path, "it has fewer bytes than its size needs"));
     }
 
