@@ -44,8 +44,8 @@ impl Grid {
         }
     }
 
-    /// Blocks.
-    pub fn len(&self) -> usize {
+    /// How many blocks there are.
+    pub fn count(&self) -> usize {
         (self.columns.len() - 1) * (self.rows.len() - 1)
     }
 
@@ -111,7 +111,7 @@ struct Group {
 
 /// The sums of every block of the reference and the test image, pixels row after row.
 pub fn sums(grid: &Grid, pair: [&[f32]; 2]) -> Vec<Sums> {
-    (0..grid.len())
+    (0..grid.count())
         .into_par_iter()
         .with_min_len(8)
         .map(|block| sums_of(grid, grid.region(block), pair))

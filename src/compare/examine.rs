@@ -45,6 +45,7 @@ pub fn examine(
             .collect();
         channels.push(ChannelReport {
             channel: name,
+            biased: false,
             mean: mean_test(&sums, &scatters, correlation, tolerance),
             blocks: block_test(pair[0], grid, &sums, &scores),
             pixels: noise.and_then(|noise| pixel_test(pair[0], c, planes, noise, tolerance)),

@@ -107,7 +107,11 @@ fn choose(parts: &[pick::Part], layer: Option<&str>) -> std::result::Result<Chos
     let all = candidates(parts);
     let is_plain = |candidate: &&Candidate| candidate.prefix.is_empty();
     let names = || {
-        let names: Vec<_> = all.iter().map(|c| format!("{:?}", c.name)).collect();
+        let quoted = |candidate: &Candidate| match candidate.name {
+            "" => "\"\" (plain R, G, B)".to_owned(),
+            name => format!("{name:?}"),
+        };
+        let names: Vec<_> = all.iter().map(quoted).collect();
         names.join(", ")
     };
     let candidate = match layer {

@@ -45,8 +45,8 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// One false alarm in a thousand; and a bias that a thousandth of a display's brightest step would not show. Half floats
-    /// round a pixel by up to 5·10⁻⁴, but in both directions: a block's mean by 2·10⁻⁵.
+    /// One false alarm in a thousand. And 10⁻⁴, a fortieth of a display's step: half floats round a pixel by up to 5·10⁻⁴, but
+    /// both ways, so a block's mean by 2·10⁻⁵; single precision adds up 10⁵ samples to some 3·10⁻⁵.
     fn default() -> Self {
         Self {
             alpha: 1e-3,
@@ -151,31 +151,38 @@ fn same_bits([reference, test]: [&Layer; 2]) -> bool {
     })
 }
 
+impl ChannelReport {
+    /// Each test with its probability under noise alone.
+    fn tests(&self) -> impl Iterator<Item = (Test, f64)> + use<> {
+        let pixels = self.pixels.as_ref();
+        let tests = [
+            Some((Test::Mean, self.mean.p)),
+            Some((Test::Blocks, self.blocks.p)),
+            Some((Test::Block, self.blocks.worst.p)),
+            pixels.map(|pixels| (Test::Pixel, pixels.worst.p)),
+        ];
+        tests.into_iter().flatten()
+    }
+}
+
 impl LayerReport {
     /// Each test with its channel and its probability under noise alone.
     fn tests(&self) -> impl Iterator<Item = (&'static str, Test, f64)> {
         self.channels.iter().flat_map(|channel| {
-            let pixels = channel.pixels.as_ref();
-            [
-                Some((Test::Mean, channel.mean.p)),
-                Some((Test::Blocks, channel.blocks.p)),
-                Some((Test::Block, channel.blocks.worst.p)),
-                pixels.map(|pixels| (Test::Pixel, pixels.worst.p)),
-            ]
-            .into_iter()
-            .flatten()
-            .map(|(test, p)| (channel.channel, test, p))
+            let name = channel.channel;
+            channel.tests().map(move |(test, p)| (name, test, p))
         })
     }
 
     /// Says what lies below the threshold of a single test.
     fn judge(&mut self, threshold: f64) {
-        let biased = self.tests().any(|(_, _, p)| p < threshold);
-        self.biased = biased;
         for (channel, z) in self.channels.iter_mut().zip(&self.blocks.z) {
-            let shows = |z: &&f64| least_of(two_sided(**z), channel.blocks.count) < threshold;
+            channel.biased = channel.tests().any(|(_, p)| p < threshold);
+            let count = z.len();
+            let shows = |z: &&f64| least_of(two_sided(**z), count) < threshold;
             channel.blocks.outstanding = z.iter().filter(shows).count();
         }
+        self.biased = self.channels.iter().any(|channel| channel.biased);
     }
 }
 

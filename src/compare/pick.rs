@@ -17,6 +17,9 @@ use std::path::Path;
 /// Blocks that are unpacked at once.
 const BATCH: usize = 32;
 
+/// 16384 × 16384.
+const MOST_PIXELS: u128 = 1 << 28;
+
 /// A part of a file.
 #[derive(Debug)]
 pub struct Part {
@@ -98,8 +101,11 @@ fn decode(
             "a channel is subsampled; write every pixel of it",
         ));
     }
-    // More pixels than so many bytes can hold are a lie, and much memory.
     let area = header.layer_size.0 as u128 * header.layer_size.1 as u128;
+    if area > MOST_PIXELS {
+        return Err(Error::format(path, "it has more than 2^28 pixels; crop it"));
+    }
+    // More pixels than so many bytes can hold are a lie, and much memory.
     let wanted = area * 4 * selection.channels.len() as u128;
     if wanted > u128::from(bytes) * most_packed(header.compression) {
         return Err(damaged(path, "it has fewer bytes than its size needs"));
@@ -170,16 +176,13 @@ fn part(header: &Header) -> Part {
     }
 }
 
-/// By how much a compression can shrink: deflate 1032-fold (zlib's technical notes), run lengths less. What transforms
-/// first may make whole blocks vanish.
+/// By how much a compression can shrink: deflate 1032-fold (zlib's technical notes), run lengths and B44 less; PIZ's codes
+/// for runs more, and DWA deflates what has one number for 64.
 fn most_packed(compression: Compression) -> u128 {
     match compression {
-        Compression::Uncompressed
-        | Compression::RLE
-        | Compression::ZIP1
-        | Compression::ZIP16
-        | Compression::PXR24 => 1100,
-        _ => 1 << 16,
+        Compression::DWAA(_) | Compression::DWAB(_) => 1 << 16,
+        Compression::PIZ => 1 << 13,
+        _ => 1100,
     }
 }
 

@@ -94,7 +94,7 @@ pub enum Test {
 pub struct LayerReport {
     /// Path length in edges; none for the image.
     pub length: Option<u32>,
-    /// Whether it is biased.
+    /// Whether one of its channels is biased.
     pub biased: bool,
     /// R, G, B, luminance.
     pub channels: Vec<ChannelReport>,
@@ -119,6 +119,8 @@ pub struct Blocks {
 pub struct ChannelReport {
     /// `R`, `G`, `B` or `luminance`.
     pub channel: &'static str,
+    /// Whether one of its tests shows a bias.
+    pub biased: bool,
     /// The mean over the image.
     pub mean: MeanTest,
     /// The blocks.

@@ -2,33 +2,27 @@
 
 use super::Image;
 use super::noise::Noise;
-use super::report::{LayerReport, MeanTest, Report, Test, Verdict};
+use super::report::{Bias, LayerReport, MeanTest, Report, Test, Verdict};
 use std::fmt::Write;
 
 /// The answer.
 pub fn sentence(report: &Report) -> String {
-    match report.verdict {
-        Verdict::BitEqual => {
+    match (&report.bias, report.detectable) {
+        (Some(bias), _) => biased(report, bias),
+        (None, _) if report.verdict == Verdict::BitEqual => {
             "bit-equal: every number that was compared has the same bits".to_owned()
         }
-        Verdict::Consistent => {
-            let found = match report.detectable {
-                Some(bias) => format!(
-                    "a uniform bias of {} would have been found",
-                    percent(bias).trim_start_matches('+')
-                ),
-                None => "but no bias of the mean could have been found".to_owned(),
-            };
-            format!("consistent: the images differ by noise alone; {found}")
+        (None, Some(detectable)) => format!(
+            "consistent: the images differ by noise alone; a uniform bias of {} would have been found",
+            percent(detectable).trim_start_matches('+')
+        ),
+        (None, None) => {
+            "consistent: the images differ by noise alone, but no bias of the mean could have been found".to_owned()
         }
-        Verdict::Biased => biased(report),
     }
 }
 
-fn biased(report: &Report) -> String {
-    let Some(bias) = &report.bias else {
-        return "biased".to_owned();
-    };
+fn biased(report: &Report, bias: &Bias) -> String {
     let layer = report
         .lengths
         .iter()

@@ -83,7 +83,7 @@ fn table(out: &mut String, name: &str, layer: &LayerReport) -> Result {
             format!("{:.1}/{}", blocks.chi_square, blocks.count),
             blocks.worst.z,
             pixel.map_or_else(|| "-".to_owned(), |pixel| format!("{:.2}", pixel.worst.z)),
-            if layer.biased { "  biased" } else { "" }
+            if channel.biased { "  biased" } else { "" }
         )?;
     }
     Ok(())
