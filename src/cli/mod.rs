@@ -3,6 +3,7 @@
 //! Results go to stdout; progress and messages to stderr. Exit codes: 0 done, 2 bad input or usage, 130 interrupted.
 
 mod args;
+mod dump;
 mod info;
 mod info_image;
 mod info_scene;
@@ -56,6 +57,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
         Command::Rays(args) => rays::run(args),
         Command::Sh(command) => sh::run(command),
         Command::Scenes(args) => scenes::run(args),
+        Command::Dump(args) => dump::run(args),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
