@@ -35,8 +35,8 @@ const LEVEL: [(&str, &str); 4] = [
 /// Where the stages of the wave meet.
 const MEETING_PLACE: &str = "queues";
 
-/// Not stages: what the loop keeps count with.
-const NO_STAGES: [&str; 2] = [MEETING_PLACE, "tally"];
+/// Not stages: what the loop keeps count with, and who looks on.
+const NO_STAGES: [&str; 3] = [MEETING_PLACE, "tally", "observe"];
 
 fn floor(room: &str) -> Option<u32> {
     FLOORS
