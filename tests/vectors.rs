@@ -1,0 +1,141 @@
+//! The test vectors of `docs/vectors`: what the program gives today, byte for byte, and worth checking a port against.
+
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+/// The files of a folder by name.
+fn files(folder: &Path) -> BTreeMap<String, String> {
+    std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| {
+            let entry = entry.unwrap();
+            let name = entry.file_name().into_string().unwrap();
+            (name, std::fs::read_to_string(entry.path()).unwrap())
+        })
+        .collect()
+}
+
+fn committed() -> BTreeMap<String, String> {
+    files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/vectors"))
+}
+
+#[test]
+fn the_committed_vectors_are_what_the_program_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_ondine"))
+        .args(["dump", "--vectors", "vectors"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let (written, committed) = (files(&folder.path().join("vectors")), committed());
+    assert!(
+        written.keys().eq(committed.keys()),
+        "{:?} and {:?}",
+        written.keys(),
+        committed.keys()
+    );
+    for (name, text) in &committed {
+        let lines = text.lines().zip(written[name].lines());
+        for (number, (ours, now)) in lines.enumerate() {
+            assert_eq!(
+                now,
+                ours,
+                "{name}:{}: run `ondine dump --vectors docs/vectors`",
+                number + 1
+            );
+        }
+        assert_eq!(written[name], *text, "{name}");
+    }
+}
+
+/// Calls `visit` with each case of each section of each topic, and the place as text.
+fn each_case(mut visit: impl FnMut(&str, &serde_json::Map<String, Value>)) {
+    for (name, text) in committed() {
+        let topic: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(topic["schema"], "ondine-vectors/1", "{name}");
+        for (section, content) in topic["sections"].as_object().unwrap() {
+            let cases = content["cases"].as_array().unwrap();
+            assert!(!content["about"].as_str().unwrap().is_empty());
+            for (number, case) in cases.iter().enumerate() {
+                visit(
+                    &format!("{name}: {section}[{number}]"),
+                    case.as_object().unwrap(),
+                );
+            }
+        }
+    }
+}
+
+/// A float or floats in decimals, and the same as bits.
+fn same(decimal: &Value, bits: &Value) -> bool {
+    match (decimal, bits) {
+        (Value::Array(decimals), Value::Array(bits)) => {
+            decimals.len() == bits.len() && decimals.iter().zip(bits).all(|(d, b)| same(d, b))
+        }
+        (decimal, Value::String(bits)) => {
+            let word = u32::from_str_radix(bits.strip_prefix("0x").unwrap(), 16).unwrap();
+            let float = f32::from_bits(word);
+            match decimal.as_f64() {
+                Some(decimal) => (decimal as f32).to_bits() == word,
+                None => decimal.is_null() && !float.is_finite(),
+            }
+        }
+        _ => false,
+    }
+}
+
+#[test]
+fn decimals_and_bits_of_every_float_are_the_same_number() {
+    let mut floats = 0;
+    each_case(|place, case| {
+        for (name, value) in case {
+            if let Some(bits) = case.get(&format!("{name}_bits")) {
+                assert!(same(value, bits), "{place}: {name}");
+                floats += 1;
+            }
+        }
+    });
+    assert!(floats > 2000, "{floats} floats");
+}
+
+#[test]
+fn the_vectors_tell_one_behaviour_from_another() {
+    let mut seen: BTreeMap<String, (usize, BTreeMap<String, usize>)> = BTreeMap::new();
+    each_case(|place, case| {
+        let section = place.split('[').next().unwrap().to_owned();
+        let (count, texts) = seen.entry(section).or_default();
+        *count += 1;
+        *texts
+            .entry(serde_json::to_string(case).unwrap())
+            .or_default() += 1;
+    });
+    assert!(seen.len() >= 45, "{} sections", seen.len());
+    for (section, (count, texts)) in &seen {
+        assert_eq!(texts.len(), *count, "{section}: a case is there twice");
+        assert!(
+            *count >= 3 || section.ends_with("ties"),
+            "{section}: {count} cases"
+        );
+    }
+    // Both answers of every question that has two.
+    for (section, key, yes) in [
+        ("intersections.json: shadow", "occluded", "true"),
+        ("triangles.json: any", "occluded", "true"),
+        ("lights.json: all", "punctual", "true"),
+        ("intersections.json: sphere", "primitive", "null"),
+        ("intersections.json: quad", "primitive", "null"),
+        ("triangles.json: closest", "triangle", "null"),
+        ("film.json: pixel", "rejected", "0"),
+    ] {
+        let text = format!("\"{key}\":{yes}");
+        let with = seen[section].1.keys().filter(|case| case.contains(&text));
+        let with = with.count();
+        assert!(
+            0 < with && with < seen[section].0,
+            "{section}: {with} with {text}"
+        );
+    }
+}
