@@ -3,8 +3,8 @@
 
     python3 tools/sampler.py [docs/vectors/samplers.json] [--self-test]
 
-Computes every number of the test vectors again and exits with 1 at the first that differs. --self-test changes
-each field of each case, and exits with 1 unless every change is found. Shares no code with the program; standard library only.
+Computes every number of the test vectors again and exits with 1 at the first that differs. --self-test changes each field of
+each case, and exits with 1 unless every change is found. Shares no code with the program; standard library only.
 """
 
 import json

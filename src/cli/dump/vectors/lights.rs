@@ -13,6 +13,7 @@ const CAMERA: &str = "version = 1\n[camera]\nposition = [0.0, 0.0, 4.0]\nlook_at
 const SPHERE: &str =
     "[[lights]]\nsphere = { center = [0.0, 2.0, 0.0], radius = 0.5 }\nradiance = [4.0, 3.0, 2.0]\n";
 const QUAD: &str = "[[lights]]\nquad = { corner = [-1.0, 2.0, -1.0], u = [2.0, 0.0, 0.0], v = [0.0, 0.0, 2.0] }\nradiance = [1.0, 2.0, 4.0]\n";
+const DIM: &str = "[[lights]]\nsphere = { center = [1.0, 0.0, 0.0], radius = 0.25 }\nradiance = [1e-6, 1e-6, 1e-6]\n";
 const PUNCTUAL: &str = "[[lights]]\npoint = { position = [0.0, 2.0, 0.0], intensity = [1.0, 2.0, 3.0] }\n\
                         [[lights]]\nspot = { position = [1.0, 2.0, 0.0], direction = [0.0, -1.0, 0.0], intensity = [8.0, 8.0, 8.0], \
                         outer_degrees = 60.0, inner_degrees = 30.0 }\n\
@@ -58,6 +59,11 @@ pub(super) fn topic() -> Result<Topic> {
                 "two",
                 "Sphere and quad, chosen by power.",
                 &[SPHERE, QUAD].concat(),
+            )?,
+            section(
+                "dim",
+                "A dim sphere beside a quad: chosen a thousandth as often as if both were alike.",
+                &[DIM, QUAD].concat(),
             )?,
             section("punctual", "A point, a spot and a distant light.", PUNCTUAL)?,
             section("constant", "A sky alone.", CONSTANT)?,

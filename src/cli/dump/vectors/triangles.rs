@@ -70,6 +70,21 @@ fn hits() -> Section {
         Ray::new(Vec3::new(-3.0, 0.25, -1.75), unit(1.0, 0.0, -0.125)),
         Ray::new(Vec3::new(0.25, 3.0, -1.75), unit(0.0, -1.0, -0.125)),
     ];
+    // Towards shared edges from elsewhere, where edge functions are roundings; and along a diagonal of the axes.
+    let from = Vec3::new(0.3, -0.2, 0.1);
+    let towards = |p: Vec3| {
+        let way = p - from;
+        Ray::new(from, unit(way.x.into(), way.y.into(), way.z.into()))
+    };
+    let seams = [b, c, d, e]
+        .into_iter()
+        .flat_map(|end| [0.1, 0.35, 0.6, 0.85].map(|part| towards(a + (end - a) * part)));
+    let diagonals = [
+        Vec3::new(1.0, 1.0, -1.0),
+        Vec3::new(-1.0, 0.5, -1.0),
+        Vec3::new(0.25, -1.0, -1.0),
+    ]
+    .map(|way| Ray::new(Vec3::new(0.25, 0.0, -2.1) - way, way));
     let case = |ray: Ray| {
         let mut queue = Queue::<RayX8>::with_capacity(1);
         queue.push_one(ray);
@@ -95,7 +110,11 @@ fn hits() -> Section {
         "closest",
         "The hit above nearest, in units of the direction's length; of several at one distance that of the lowest number. A miss \
          has no distance and no triangle (null).",
-        rays.map(case).into(),
+        rays.into_iter()
+            .chain(seams)
+            .chain(diagonals)
+            .map(case)
+            .collect(),
     )
 }
 
