@@ -10,12 +10,13 @@ tools/sampler.py's. Exits with 1 and the first field that differs. Needs Python 
 import hashlib
 import json
 import sys
-from fractions import Fraction
 from pathlib import Path
 
 from specification import arithmetic, bsdfs as materials
 from specification.arithmetic import *
+from specification.film import mean_of, record, sums_of, variance_of
 from specification.lights import Lights
+from specification.scene import Camera
 from specification.shapes import Quad, Room, Sphere, closest, meet_triangle
 
 
@@ -72,24 +73,14 @@ def warps(section, case):
     return {"direction": direction, "pdf": cosine_power_pdf(direction, n)}
 
 
+CAMERA = {"position": [0.5, 1.0, 3.0], "look_at": [-0.25, 0.5, -1.0], "vertical_fov": 50.0, "focus_distance": 3.25}
+
+
 def cameras(section, case):
-    at = [0.5, 1.0, 3.0]
-    forward = unit(subtract([-0.25, 0.5, -1.0], at))
-    right = unit(outer(forward, [0.0, 1.0, 0.0]))
-    up = outer(right, forward)
-    t = math.tan(math.radians(50) / 2)
-    half_right, half_up = single(scale(right, t * (320 / 240))), single(scale(up, t))
-    u, v = floats(case, "u")
-    shift = {"tent": lambda: (tent(u) + F(0.5), tent(v) + F(0.5)), "gaussian": lambda: [x + F(0.5) for x in gaussian(u, v)]}
-    dx, dy = shift[section]() if section in shift else (u, v)
-    across = fma(F(case["column"]) + dx, f(2 / 320), F(-1))
-    upward = fma(-(F(case["row"]) + dy), f(2 / 240), F(1))
-    through = fma(half_right, across, fma(half_up, upward, single(forward)))
-    if section != "lens":
-        return {"origin": V(*at), "direction": normalize(through)}
-    x, y, _ = disk(*floats(case, "v"))
-    offset = fma(single(scale(right, 0.125)), x, single(scale(up, 0.125)) * y)
-    return {"origin": V(*at) + offset, "direction": normalize(through * F(3.25) - offset)}
+    lens = section == "lens"
+    camera = Camera(CAMERA | ({"aperture_radius": 0.125} if lens else {}), 320, 240, "box" if lens else section)
+    ray = camera.ray(case["column"], case["row"], floats(case, "u"), floats(case, "v"))
+    return dict(zip(("origin", "direction"), ray))
 
 
 FACING = Quad([-1, -1, -2], [2, 0, 0], [0, 2, 0])
@@ -103,13 +94,16 @@ SHAPES = {
 }
 
 
+ROOM = Room([(V(0, 0, 1), (F(-4), F(4)), (0, 1)), (V(1, 0, 0), (F(-2), F(2)), (2, 3)), (V(0, 1, 0), (F(-1), F(1)), (4, 5))])
+
+
 def intersections(section, case):
     o, w = vector(case, "origin"), vector(case, "direction")
     if section == "room":
-        return dict(zip(("distance", "primitive"), Room([-2, -1, -4], [2, 1, 4]).meet(o, w)))
-    shapes = SHAPES[section]
+        return dict(zip(("distance", "primitive"), ROOM.meet(o, w)))
+    shapes = dict(enumerate(SHAPES[section]))
     if section == "shadow":
-        others = [shape for number, shape in enumerate(shapes) if number != case["target"]]
+        others = [shape for number, shape in shapes.items() if number != case["target"]]
         return {"occluded": any(shape.meet(o, w) < floats(case, "limit") for shape in others)}
     distance, primitive = closest(shapes, o, w)
     if section != "surface":
@@ -157,42 +151,23 @@ def lights(section, case, text):
         found = all_lights.met(case["light"], vector(case, "origin"), vector(case, "direction"), floats(case, "distance"))
     else:
         radiance, pdf = all_lights.sky_at(vector(case, "direction"))
-        found = radiance, pdf * f(all_lights.chances[len(all_lights.surfaces)])
+        found = radiance, pdf * all_lights.sky_chance()
     return dict(zip(("radiance", "pdf"), found))
-
-
-# Sections 11 and 12: the film.
 
 
 def film(section, case):
     samples = floats(case, "samples")
     samples = [samples[i : i + 3] for i in range(0, len(samples), 3)]
-    kept, sums, squares = 0, [0, 0, 0], [0, 0, 0]
-    for first in range(0, len(samples), 16):
-        block = [s for s in samples[first : first + 16] if all(abs(x) < 2**32 for x in s)]
-        kept += len(block)
-        for c in range(3):
-            s = q = 0.0
-            for sample in block:
-                s += float(sample[c])
-                q += float(sample[c]) ** 2
-            sums[c] += round(Fraction(s) * 2**64)
-            squares[c] = min(squares[c] + round(Fraction(q) * 2**40), 2**127 - 1)
+    count, sums, squares = sums_of(samples)
     text = lambda n: f"0x{n % 2**128:032x}"
-    words = [0, 0, kept], [n % 2**128 for n in sums + squares]
-    record = b"".join(n.to_bytes(4, "little") for n in words[0]) + b"".join(n.to_bytes(16, "little") for n in words[1])
-    mean = [f(float(s) * 2.0**-64 / kept) if kept else F(0) for s in sums]
-    spread = [max(kept * q * 2**88 - s * s, 0) for s, q in zip(sums, squares)]
-    n = float(kept)
-    variance = [f(float(x) * 2.0**-128 / (n * n * (n - 1))) if kept > 1 else F(0) for x in spread]
     return {
-        "count": kept,
-        "rejected": len(samples) - kept,
-        "sum": [text(s) for s in sums],
-        "square": [text(q) for q in squares],
-        "mean": mean,
-        "variance": variance,
-        "image_hash": hashlib.sha256(record).hexdigest(),
+        "count": count,
+        "rejected": len(samples) - count,
+        "sum": list(map(text, sums)),
+        "square": list(map(text, squares)),
+        "mean": mean_of(count, sums),
+        "variance": variance_of(count, sums, squares),
+        "image_hash": hashlib.sha256(record(0, 0, count, sums, squares)).hexdigest(),
     }
 
 

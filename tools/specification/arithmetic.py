@@ -343,5 +343,10 @@ def unit(a):
     return scale(a, 1 / math.sqrt(inner(a, a)))
 
 
+def exact(a):
+    """What a file's numbers are as f32, in f64."""
+    return [float(f(x)) for x in a]
+
+
 def single(a):
     return V(*map(f, a))

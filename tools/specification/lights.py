@@ -12,10 +12,12 @@ def cone_of(s):
 
 
 class Lights:
-    """Those of a scene file's text."""
+    """Those of a scene file's text; the first with a surface is primitive number `first`."""
 
-    def __init__(self, text):
+    def __init__(self, text, first=0):
         described = tomllib.loads(text)
+        self.first = first
+        self.objects = described.get("objects", [])
         listed = described.get("lights", [])
         self.surfaces = [light for light in listed if "radiance" in light]
         self.sky = described.get("environment")
@@ -23,19 +25,19 @@ class Lights:
         lights = self.surfaces + ([self.sky] if self.sky else []) + punctual
         self.all = lights
         powers = [self.power(light) for light in lights]
-        raised = [max(power, 1e-3 * sum(powers) / len(powers)) if power > 0 else 0.0 for power in powers]
-        self.chances = [power / sum(raised) for power in raised]
+        raised = [max(power, 1e-3 * added(powers) / len(powers)) if power > 0 else 0.0 for power in powers]
+        self.chances = [power / added(raised) for power in raised]
         self.columns = alias_table(self.chances)
 
     def radius(self):
         """Half the diagonal of the box around all shapes, and lamps do not count; f32."""
         points = []
-        for light in self.surfaces:
+        for light in self.objects + self.surfaces:
             if "sphere" in light:
-                c, r = V(*light["sphere"]["center"]), f(light["sphere"]["radius"])
+                c, r = single(light["sphere"]["center"]), f(light["sphere"]["radius"])
                 points += [c - gray(r), c + gray(r)]
             else:
-                p, a, b = (V(*light["quad"][name]) for name in ("corner", "u", "v"))
+                p, a, b = (single(light["quad"][name]) for name in ("corner", "u", "v"))
                 points += [p, p + a, p + b, p + a + b]
         if not points:
             return F(1)
@@ -47,9 +49,10 @@ class Lights:
             if "sphere" in light:
                 area = 4 * float(PI) * float(f(light["sphere"]["radius"])) ** 2
             else:
-                n = outer(light["quad"]["u"], light["quad"]["v"])
+                n = outer(exact(light["quad"]["u"]), exact(light["quad"]["v"]))
                 area = math.sqrt(inner(n, n))
-            return float(plain_luminance(single(light["radiance"]))) * area * float(PI)
+            sides = 2 if light.get("two_sided") else 1
+            return float(plain_luminance(single(light["radiance"]))) * area * sides * float(PI)
         r = self.radius()
         if "constant" in light:
             return float(F(2) * TAU * plain_luminance(single(light["constant"]))) * float(PI * r * r)
@@ -113,7 +116,7 @@ class Lights:
         light = self.all[number]
         inverse_chance = f(1 / self.chances[number])
         if "sphere" in light:
-            k, r = V(*light["sphere"]["center"]) - x, f(light["sphere"]["radius"])
+            k, r = single(light["sphere"]["center"]) - x, f(light["sphere"]["radius"])
             d2 = dot(k, k)
             i2 = F(1) / d2
             i = sqrt(i2)
@@ -121,29 +124,30 @@ class Lights:
             l = cone(u, v, spread)
             half = safe_sqrt(fma(-fma(l.x, l.x, l.y * l.y), d2, square(r)))
             distance = fma(d2 * i, l.z, -half if outside else half)
-            inverse = (spread * TAU if outside else F(0)) * inverse_chance
-            return Frame(k * i).to_world(l), distance, single(light["radiance"]), inverse, number, False
+            inverse = (spread * TAU if outside or light.get("two_sided") else F(0)) * inverse_chance
+            return Frame(k * i).to_world(l), distance, single(light["radiance"]), inverse, self.first + number, False
         if "quad" in light:
-            p, a, b = (V(*light["quad"][name]) for name in ("corner", "u", "v"))
-            n = outer(a, b)
+            p, a, b = (single(light["quad"][name]) for name in ("corner", "u", "v"))
+            n = outer(exact(a), exact(b))
             k = fma(a, u, fma(b, v, p)) - x
             d2 = dot(k, k)
             i2 = F(1) / d2
             i = sqrt(i2)
             w = k * i
             facing = -dot(w, single(unit(n)))
-            inverse = abs(facing) * f(math.sqrt(inner(n, n))) * i2 if facing > 0 else F(0)
-            return w, d2 * i, single(light["radiance"]), inverse * inverse_chance, number, False
+            inverse = abs(facing) * f(math.sqrt(inner(n, n))) * i2
+            inverse = inverse if facing > 0 or light.get("two_sided") else F(0)
+            return w, d2 * i, single(light["radiance"]), inverse * inverse_chance, self.first + number, False
         if light is self.sky:
             w = self.sky_direction(u, v)
             radiance, pdf = self.sky_at(w)
-            inverse = F(1) / (pdf * f(self.chances[number])) if pdf > 0 else F(0)
+            inverse = F(1) / (pdf * self.sky_chance()) if pdf > 0 else F(0)
             return w, INF, radiance, inverse, None, False
         if "distant" in light:
-            way = single(unit(light["distant"]["direction"]))
+            way = single(unit(exact(light["distant"]["direction"])))
             return -way, INF, single(light["distant"]["irradiance"]), inverse_chance, None, True
         kind = "point" if "point" in light else "spot"
-        k = V(*light[kind]["position"]) - x
+        k = single(light[kind]["position"]) - x
         d2 = dot(k, k)
         d = sqrt(d2)
         w = k * (F(1) / d)
@@ -151,22 +155,33 @@ class Lights:
         if kind == "spot":
             inside, outside = self.cosines(light["spot"])
             slope = F(1) / greatest(inside - outside, f(0.001))
-            offset, way = -outside * slope, single(unit(light["spot"]["direction"]))
+            offset, way = -outside * slope, single(unit(exact(light["spot"]["direction"])))
         ramp = least(greatest(fma(-dot(w, way), slope, offset), F(0)), F(1))
         return w, d, single(light[kind]["intensity"]) * (square(ramp) / d2), inverse_chance, None, True
 
     def met(self, number, o, w, distance):
         light, chance = self.surfaces[number], f(self.chances[number])
         if "sphere" in light:
-            k = V(*light["sphere"]["center"]) - o
+            k = single(light["sphere"]["center"]) - o
             spread, front = cone_of(square(f(light["sphere"]["radius"])) / dot(k, k))
             inverse = spread * TAU
         else:
-            n = outer(light["quad"]["u"], light["quad"]["v"])
+            n = outer(exact(light["quad"]["u"]), exact(light["quad"]["v"]))
             facing = -dot(w, single(unit(n)))
             front = facing > 0
             inverse = abs(facing) * f(math.sqrt(inner(n, n))) / square(distance)
-        return single(light["radiance"]) if front else V(0, 0, 0), chance / inverse
+        return single(light["radiance"]) if front or light.get("two_sided") else V(0, 0, 0), chance / inverse
+
+    def sky_chance(self):
+        return f(self.chances[len(self.surfaces)])
+
+
+def added(values):
+    """One after another: `sum` compensates from Python 3.12 on."""
+    total = 0.0
+    for value in values:
+        total += value
+    return total
 
 
 def alias_table(chances):

@@ -4,6 +4,7 @@ from specification.arithmetic import *
 
 class Quad:
     def __init__(self, p, a, b):
+        p, a, b = exact(p), exact(a), exact(b)
         n = outer(a, b)
         self.normal = single(unit(n))
         self.d = f(inner(unit(n), p))
@@ -23,8 +24,8 @@ class Quad:
 
 
 class Sphere:
-    def __init__(self, c, radius):
-        self.c, self.r2, self.inverse = V(*c), f(radius) * f(radius), F(1) / f(radius)
+    def __init__(self, center, radius):
+        self.c, self.r2, self.inverse = single(center), f(radius) * f(radius), F(1) / f(radius)
 
     def meet(self, o, w):
         k = self.c - o
@@ -43,28 +44,26 @@ def positive(t):
 
 
 class Room:
-    """A box by two corners; walls are numbered as the vectors say."""
+    """Slabs: unit normal, its two planes, the numbers of its walls."""
 
-    def __init__(self, low, high):
-        axes = [(i, V(*(float(i == axis) for axis in range(3)))) for i in (2, 0, 1)]
-        self.slabs = [(n, F(low[i]), F(high[i])) for i, n in axes]
+    def __init__(self, slabs):
+        self.slabs = slabs
 
-    def meet(self, o, w):
-        nearest, wall = INF, None
-        for slab, (n, low, high) in enumerate(self.slabs):
+    def meet(self, o, w, nearest=INF, wall=None):
+        for n, planes, numbers in self.slabs:
             speed = dot(n, w)
             back = speed < 0
-            t = ((low if back else high) - dot(n, o)) / speed
+            t = (planes[not back] - dot(n, o)) / speed
             if t < nearest:
-                nearest, wall = t, 2 * slab + (not back)
+                nearest, wall = t, numbers[not back]
         return nearest, wall
 
 
 def closest(shapes, o, w):
-    """Quads before spheres; a later one must be nearer."""
+    """Of shapes by number: quads before spheres; a later one must be nearer."""
     nearest, primitive = INF, None
     for kind in (Quad, Sphere):
-        for number, shape in enumerate(shapes):
+        for number, shape in shapes.items():
             if isinstance(shape, kind) and (t := shape.meet(o, w)) < nearest:
                 nearest, primitive = t, number
     return nearest, primitive
