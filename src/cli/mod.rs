@@ -31,9 +31,13 @@ use std::process::ExitCode;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Outcome {
     Done,
+    /// It was asked a question, and the answer is no.
+    No,
     Interrupted,
 }
 
+/// The exit code of a question whose answer is no.
+const NO: u8 = 1;
 /// The exit code of bad input and of wrong usage.
 const BAD_INPUT: u8 = 2;
 /// The exit code of a program that Ctrl-C ended: 128 + SIGINT.
@@ -61,6 +65,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::No) => ExitCode::from(NO),
         Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(error) => fail(error),
     }

@@ -1,13 +1,23 @@
 //! `ondine dump`: golden data of every stage, for a port to be held to.
 
+mod check;
 mod vectors;
 
 use super::Outcome;
 use super::args::{SettingsArgs, size};
+use super::report::counted;
+use super::target::target_features;
+use crate::dump::manifest::Manifest;
+use crate::dump::scene::SceneIds;
+use crate::dump::text::text;
+use crate::dump::{self, folder};
 use crate::error::{Error, Result};
+use crate::film::{BLOCK, Region};
+use crate::render::Settings;
+use crate::scene::builtin;
 use clap::Args;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -68,7 +78,98 @@ pub(in crate::cli) fn run(args: &DumpArgs) -> Result<Outcome> {
         vectors::write(dir)?;
         return Ok(Outcome::Done);
     }
-    Err(Error::Usage("nothing is dumped yet".to_owned()))
+    match (&args.check, &args.scene) {
+        (Some(folders), _) => check::run(folders, args.json),
+        (None, Some(scene)) => dump(args, scene),
+        (None, None) => Err(nothing_asked()),
+    }
+}
+
+/// Traces what was asked for; writes it, prints it, or both.
+fn dump(args: &DumpArgs, scene: &str) -> Result<Outcome> {
+    if args.tile.is_none() && args.pixel.is_none() {
+        return Err(nothing_asked());
+    }
+    if let Some(out) = &args.out {
+        folder::check(out)?;
+    }
+    let description = builtin::open(scene)?;
+    for warning in &description.warnings {
+        super::say(format_args!("warning: {warning}"));
+    }
+    let settings = args.settings.of(&description);
+    settings.check()?;
+    let samples = args.samples.clone().unwrap_or(0..settings.spp.min(BLOCK));
+    let traced = |option: &str, at, size| {
+        let tile = region(option, at, size, &settings)?;
+        dump::trace(&description, &settings, tile, samples.clone())
+    };
+    if let (Some(at), Some(out)) = (args.tile, &args.out) {
+        let dump = traced("--tile", at, args.tile_size)?;
+        let (manifest, files) = Manifest::new(&dump, &description, &settings, &target_features());
+        folder::write(out, &manifest, &SceneIds::of(&description), &files)?;
+        match args.json {
+            true => super::print_json(&manifest)?,
+            false => super::print(&summary(out, &manifest, files.len()))?,
+        }
+    }
+    if let Some(at) = args.pixel {
+        let dump = traced("--pixel", at, (1, 1))?;
+        super::print(&text(&dump, &description))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn nothing_asked() -> Error {
+    Error::Usage(
+        "nothing is asked for; give --tile X,Y --out DIR to write a dump, or --pixel X,Y to print paths".to_owned(),
+    )
+}
+
+/// The pixels from `at` on, as far as there are any.
+fn region(
+    option: &str,
+    at: (u32, u32),
+    (columns, rows): (u32, u32),
+    settings: &Settings,
+) -> Result<Region> {
+    let ((x, y), (width, height)) = (at, (settings.width, settings.height));
+    if x >= width || y >= height {
+        return Err(Error::Usage(format!(
+            "{option} {x},{y} lies outside the {width}x{height} image; columns are 0 to {}, rows 0 to {}",
+            width - 1,
+            height - 1
+        )));
+    }
+    if columns == 0 || rows == 0 {
+        return Err(Error::Usage(format!(
+            "--tile-size {columns}x{rows} has no pixel; give at least 1x1"
+        )));
+    }
+    Ok(Region {
+        x0: x,
+        y0: y,
+        x1: x.saturating_add(columns).min(width),
+        y1: y.saturating_add(rows).min(height),
+    })
+}
+
+/// For people: what was written.
+fn summary(out: &Path, manifest: &Manifest, arrays: usize) -> String {
+    let [x0, y0, x1, y1] = manifest.tile;
+    let [first, end] = manifest.samples;
+    let edges = manifest.queues.iter().map(|queue| queue.edge).max();
+    format!(
+        "Wrote {}: {} of {}, pixels {x0},{y0} to {},{}, samples {first} to {}, {} in {}\n",
+        out.display(),
+        counted(manifest.paths, "path"),
+        manifest.scene,
+        x1 - 1,
+        y1 - 1,
+        end - 1,
+        counted(edges.unwrap_or_default(), "edge"),
+        counted(arrays, "array"),
+    )
 }
 
 fn pixel(text: &str) -> std::result::Result<(u32, u32), String> {
