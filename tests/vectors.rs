@@ -1,5 +1,6 @@
 //! The test vectors of `docs/vectors`: what the program gives today, byte for byte, and worth checking a port against.
 
+use ondine::dump::budget;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -137,5 +138,36 @@ fn the_vectors_tell_one_behaviour_from_another() {
             0 < with && with < seen[section].0,
             "{section}: {with} with {text}"
         );
+    }
+}
+
+#[test]
+fn the_specification_names_every_budget() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/specification.md");
+    let text = std::fs::read_to_string(path).unwrap();
+    let rows = text.lines().filter_map(|line| {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let ulp = cells.get(2)?.parse::<f64>().ok()?;
+        cells[1]
+            .starts_with('`')
+            .then(|| (cells[1].to_owned(), ulp))
+    });
+    let mut written = BTreeMap::new();
+    for (fields, ulp) in rows {
+        for field in fields.split(' ') {
+            written.insert(field.trim_matches('`').to_owned(), ulp);
+        }
+    }
+    let held = budget::BUDGETS.iter();
+    let held: BTreeMap<String, f64> = held
+        .map(|(field, budget)| ((*field).to_owned(), budget.ulp))
+        .collect();
+    assert_eq!(written, held);
+    for number in [
+        format!("times {} for each edge", budget::GROWTH),
+        format!("{} at most", budget::PARTED),
+        format!("Of {} paths one may part", budget::PATHS_PER_PARTING),
+    ] {
+        assert!(text.contains(&number), "{number}");
     }
 }

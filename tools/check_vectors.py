@@ -9,12 +9,13 @@ tools/sampler.py's. Exits with 1 and the first field that differs. Needs Python 
 
 import hashlib
 import json
+import struct
 import sys
 from pathlib import Path
 
 from specification import arithmetic, bsdfs as materials
 from specification.arithmetic import *
-from specification.film import mean_of, record, sums_of, variance_of
+from specification.film import blocks, mean_of, record, sums_of, variance_of
 from specification.lights import Lights
 from specification.scene import Camera
 from specification.shapes import Quad, Room, Sphere, closest, meet_triangle
@@ -160,7 +161,11 @@ def film(section, case):
     samples = [samples[i : i + 3] for i in range(0, len(samples), 3)]
     count, sums, squares = sums_of(samples)
     text = lambda n: f"0x{n % 2**128:032x}"
+    added = list(blocks(samples))
+    words = lambda part: [f"0x{struct.pack('>d', x).hex()}" for block in added for x in block[part]]
     return {
+        "block_sums": words(1),
+        "block_squares": words(2),
         "count": count,
         "rejected": len(samples) - count,
         "sum": list(map(text, sums)),

@@ -5,19 +5,24 @@ from fractions import Fraction
 from specification.arithmetic import f
 
 
+def blocks(samples):
+    """Of each 16 samples: how many are kept, their sum and the sum of their squares, in f64."""
+    for first in range(0, len(samples), 16):
+        block = [sample for sample in samples[first : first + 16] if all(abs(x) < 2**32 for x in sample)]
+        sums, squares = [0.0] * 3, [0.0] * 3
+        for sample in block:
+            sums = [s + float(x) for s, x in zip(sums, sample)]
+            squares = [q + float(x) ** 2 for q, x in zip(squares, sample)]
+        yield len(block), sums, squares
+
+
 def sums_of(samples):
     """Samples kept, and for each channel the sum in units of 2^-64 and the sum of squares in units of 2^-40."""
     count, sums, squares = 0, [0, 0, 0], [0, 0, 0]
-    for first in range(0, len(samples), 16):
-        block = [sample for sample in samples[first : first + 16] if all(abs(x) < 2**32 for x in sample)]
-        count += len(block)
-        for channel in range(3):
-            s = q = 0.0
-            for sample in block:
-                s += float(sample[channel])
-                q += float(sample[channel]) ** 2
-            sums[channel] += round(Fraction(s) * 2**64)
-            squares[channel] = min(squares[channel] + round(Fraction(q) * 2**40), 2**127 - 1)
+    for kept, block_sums, block_squares in blocks(samples):
+        count += kept
+        sums = [total + round(Fraction(s) * 2**64) for total, s in zip(sums, block_sums)]
+        squares = [min(total + round(Fraction(q) * 2**40), 2**127 - 1) for total, q in zip(squares, block_squares)]
     return count, sums, squares
 
 

@@ -2,15 +2,15 @@
 
 use super::page::{Case, Section, Topic};
 use crate::error::Result;
-use crate::film::{AovSet, BLOCK, Film, Layers, Region};
+use crate::film::{AovSet, BLOCK, Film, Layers, Region, block_sum};
 
 pub(super) fn topic() -> Result<Topic> {
     Ok(Topic {
         name: "film",
         about: "The exact film: specification, section 11. A pixel (0, 0) of an image of 1 x 1 gets samples, W/(sr m^2), in blocks \
-                of 16: samples are red, green, blue, red, ... sum and square are two's complement integers of 128 bits, in units \
-                of 2^-64 and 2^-40; count is the samples kept, rejected those kept out; mean and variance (of the mean) are what \
-                the image shows.",
+                of 16: samples are red, green, blue, red, ... block_sums and block_squares are the bits of f64, three a block. sum \
+                and square are two's complement integers of 128 bits, in units of 2^-64 and 2^-40; count is the samples kept, \
+                rejected those kept out; mean and variance (of the mean) are what the image shows.",
         sections: vec![Section::new("pixel", "One pixel.", cases()?)],
     })
 }
@@ -60,20 +60,23 @@ fn cases() -> Result<Vec<Case>> {
 
 fn case(name: &str, samples: &[[f32; 3]]) -> Result<Case> {
     let film = Film::new(1, 1, Region::full(1, 1), AovSet::default())?;
+    let (mut block_sums, mut block_squares) = (Vec::new(), Vec::new());
     for block in samples.chunks(BLOCK as usize) {
         let radiance: Vec<[f32; 4]> = block.iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
-        film.add(
-            Region::full(1, 1),
-            block.len() as u32,
-            &radiance,
-            Layers::default(),
-        );
+        let added = block_sum(&radiance);
+        let words = |sums: [f64; 4]| sums.map(|sum| u128::from(sum.to_bits()));
+        block_sums.extend_from_slice(&words(added.sum.to_array())[..3]);
+        block_squares.extend_from_slice(&words(added.square.to_array())[..3]);
+        let samples = block.len() as u32;
+        film.add(Region::full(1, 1), samples, &radiance, Layers::default());
     }
     let sums = film.sums(0, 0);
     let words = |sums: [i128; 3]| sums.map(i128::cast_unsigned);
     Ok(Case::new()
         .text("name", name)
         .floats("samples", samples.as_flattened())
+        .wide_words("block_sums", &block_sums, 16)
+        .wide_words("block_squares", &block_squares, 16)
         .whole("count", film.count(0, 0))
         .whole("rejected", film.rejected() as u32)
         .wide_words("sum", &words(sums.sum.map(|sum| sum.0)), 32)

@@ -84,7 +84,7 @@ fn hits() -> Section {
         Vec3::new(-1.0, 0.5, -1.0),
         Vec3::new(0.25, -1.0, -1.0),
     ]
-    .map(|way| Ray::new(Vec3::new(0.25, 0.0, -2.1) - way, way));
+    .map(|way| Ray::new(Vec3::new(0.23, 0.07, -2.07) - way * 0.7, way));
     let case = |ray: Ray| {
         let mut queue = Queue::<RayX8>::with_capacity(1);
         queue.push_one(ray);
