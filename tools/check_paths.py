@@ -3,8 +3,8 @@
 
     python3 tools/check_paths.py ONDINE
 
-Each line is a scene, a strategy, a sampler: the hash of the image, exact sums of a few pixels, is that of the program ONDINE.
-Exits with 1 where one is not. Standard library only; the paths are some hundreds, for a path takes milliseconds.
+For each scene, strategy and sampler below, the hash of an image of a few pixels is that of the program ONDINE. Exits with 1
+where one is not. Standard library only, so the paths are some hundreds: each takes milliseconds.
 """
 
 import hashlib
@@ -31,13 +31,19 @@ RENDERS = [
     ("sky", (24, 16), (12, 5, 16, 9), 5, "light", "pcg", 4, None),
     ("many-lights", (24, 18), (8, 9, 12, 12), 4, "mis", "sobol", 6, None),
     ("furnace", (8, 8), (2, 2, 5, 5), 3, "mis", "pcg", 12, 4),
+    ("meshes of matte", (20, 15), (7, 4, 14, 10), 4, "mis", "sobol", 5, None),
+    ("meshes of lacquer", (20, 15), (7, 4, 14, 10), 4, "light", "pcg", 5, 3),
+    ("meshes of clear", (20, 15), (7, 4, 14, 10), 4, "mis", "pcg", 7, None),
+    ("meshes of tin", (20, 15), (7, 2, 14, 8), 4, "cosine", "sobol", 4, None),
+    ("meshes of tin", (20, 15), (4, 9, 10, 13), 4, "uniform", "pcg", 4, None),
 ]
 SEED = 0x1_0000_0007
+SCENES = Path(__file__).parent / "specification/scenes"
 
 
-def specified(text, size, crop, spp, strategy, sampler, length, roulette):
+def specified(text, folder, size, crop, spp, strategy, sampler, length, roulette):
     """The hash of the image by the specification."""
-    scene = Scene(text, *size)
+    scene = Scene(text, *size, folder)
     image = hashlib.sha256()
     for row in range(crop[1], crop[3]):
         for column in range(crop[0], crop[2]):
@@ -47,13 +53,23 @@ def specified(text, size, crop, spp, strategy, sampler, length, roulette):
     return image.hexdigest()
 
 
-def rendered(ondine, folder, scene, size, crop, spp, strategy, sampler, length, roulette):
+def rendered(ondine, file, folder, size, crop, spp, strategy, sampler, length, roulette):
     """The hash of the image as the program renders it."""
-    words = [ondine, "render", scene, "--size", f"{size[0]}x{size[1]}", "--crop", ",".join(map(str, crop))]
+    words = [ondine, "render", file, "--size", f"{size[0]}x{size[1]}", "--crop", ",".join(map(str, crop))]
     words += ["--spp", spp, "--strategy", strategy, "--sampler", sampler, "--path-length", length, "--seed", SEED]
     words += ["--roulette", roulette] if roulette else []
     words += ["--output", folder / "image.exr", "--no-png", "--json"]
     return json.loads(subprocess.run(map(str, words), check=True, capture_output=True).stdout)["image_hash"]
+
+
+def scene_file(ondine, name, folder):
+    """A built-in scene, or that of meshes with a gem of some material: its text, and how the program is to find it."""
+    if name.startswith("meshes of "):
+        for file in SCENES.iterdir():
+            text = file.read_text().replace("GEM", name.split()[-1])
+            (folder / file.name).write_text(text)
+        return (folder / "meshes.toml").read_text(), folder / "meshes.toml"
+    return subprocess.run([ondine, "scenes", name], check=True, capture_output=True, text=True).stdout, name
 
 
 def main():
@@ -63,11 +79,13 @@ def main():
     ondine = str(Path(sys.argv[1]).resolve())
     wrong = 0
     with tempfile.TemporaryDirectory() as folder:
-        for scene, *settings in RENDERS:
-            text = subprocess.run([ondine, "scenes", scene], check=True, capture_output=True, text=True).stdout
-            ours, theirs = specified(text, *settings), rendered(ondine, Path(folder), scene, *settings)
+        folder = Path(folder)
+        for name, *settings in RENDERS:
+            text, file = scene_file(ondine, name, folder)
+            ours, theirs = specified(text, folder, *settings), rendered(ondine, file, folder, *settings)
             same = "the same bits" if ours == theirs else f"NOT the same: {ours} and {theirs}"
-            print(f"{scene}, {settings[3]}, {settings[4]}, {settings[2]} samples, path length {settings[5]}: {same}", flush=True)
+            spp, strategy, sampler, length = settings[2:6]
+            print(f"{name}, {strategy}, {sampler}, {spp} samples, path length {length}: {same}", flush=True)
             wrong += ours != theirs
     return min(wrong, 1)
 

@@ -109,9 +109,8 @@ def intersections(section, case):
     distance, primitive = closest(shapes, o, w)
     if section != "surface":
         return {"distance": distance, "primitive": primitive}
-    position = fma(w, distance, o)
-    offset = (max_abs(position) + distance) * F(2**-18)
-    return {"position": position, "normal": shapes[primitive].surface(position), "offset": offset}
+    position, normal, _, offset = shapes[primitive].vertex(o, w, distance)
+    return {"position": position, "normal": normal, "offset": offset}
 
 
 CORNERS = [V(0, 0, -2), V(1, -1, -2), V(1, 1, -2.5), V(-1, 1, -2), V(-1, -1, -1.5)]
@@ -146,7 +145,7 @@ def bsdfs(section, case, parameters):
 def lights(section, case, text):
     all_lights = Lights(text)
     if case["call"] == "sample":
-        drawn = all_lights.sample(vector(case, "from"), floats(case, "choice"), *floats(case, "u"))
+        drawn = all_lights.sample(vector(case, "from"), (floats(case, "choice"), F(0)), *floats(case, "u"))
         return dict(zip(("direction", "distance", "radiance", "inverse_pdf", "primitive", "punctual"), drawn))
     if case["call"] == "met":
         found = all_lights.met(case["light"], vector(case, "origin"), vector(case, "direction"), floats(case, "distance"))

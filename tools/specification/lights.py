@@ -1,8 +1,11 @@
 """Section 9 of docs/specification.md: lights of a scene file, chosen, drawn from, and met."""
 
+import copy
 import tomllib
 
 from specification.arithmetic import *
+from specification.meshes import choose
+
 
 def cone_of(s):
     if not s < 1:
@@ -12,27 +15,45 @@ def cone_of(s):
 
 
 class Lights:
-    """Those of a scene file's text; the first with a surface is primitive number `first`."""
+    """Those of a scene file's text. `ids` are the primitives of those with a surface (of a mesh its first triangle),
+    `triangles` those of all meshes by id."""
 
-    def __init__(self, text, first=0):
+    def __init__(self, text, ids=(0, 1), triangles={}):
         described = tomllib.loads(text)
-        self.first = first
+        self.ids, self.triangles = ids, triangles
         self.objects = described.get("objects", [])
         listed = described.get("lights", [])
         self.surfaces = [light for light in listed if "radiance" in light]
         self.sky = described.get("environment")
         punctual = [light for light in listed if "radiance" not in light]
-        lights = self.surfaces + ([self.sky] if self.sky else []) + punctual
+        self.meshes = {n: self.of_mesh(n) for n, light in enumerate(self.surfaces) if "mesh" in light}
+        self.choose_among(self.surfaces + ([self.sky] if self.sky else []) + punctual)
+        self.punctual = copy.copy(self)
+        self.punctual.choose_among(punctual)
+
+    def choose_among(self, lights):
+        """Chances by power."""
         self.all = lights
-        powers = [self.power(light) for light in lights]
+        powers = [self.power(light, n) for n, light in enumerate(lights)]
         raised = [max(power, 1e-3 * added(powers) / len(powers)) if power > 0 else 0.0 for power in powers]
         self.chances = [power / added(raised) for power in raised]
         self.columns = alias_table(self.chances)
 
+    def of_mesh(self, number):
+        """The triangles of a mesh light, their area in all, and the table they are chosen by."""
+        own = [triangle for triangle in self.triangles.values() if triangle.light == number]
+        areas = [triangle.area() for triangle in own]
+        area = added(areas)
+        return own, area, alias_table([each * (1 / area) for each in areas])
+
     def radius(self):
         """Half the diagonal of the box around all shapes, and lamps do not count; f32."""
         points = []
+        for triangle in self.triangles.values():
+            points += triangle.corners
         for light in self.objects + self.surfaces:
+            if "mesh" in light:
+                continue
             if "sphere" in light:
                 c, r = single(light["sphere"]["center"]), f(light["sphere"]["radius"])
                 points += [c - gray(r), c + gray(r)]
@@ -44,9 +65,11 @@ class Lights:
         d = V(*(max(p[i] for p in points) - min(p[i] for p in points) for i in range(3)))
         return sqrt(d.x * d.x + d.y * d.y + d.z * d.z) / 2
 
-    def power(self, light):
+    def power(self, light, number):
         if "radiance" in light:
-            if "sphere" in light:
+            if "mesh" in light:
+                area = self.meshes[number][1]
+            elif "sphere" in light:
                 area = 4 * float(PI) * float(f(light["sphere"]["radius"])) ** 2
             else:
                 n = outer(exact(light["quad"]["u"]), exact(light["quad"]["v"]))
@@ -102,17 +125,19 @@ class Lights:
         return V(r * s, t if above else -t, -(r * c))
 
     def choose(self, u):
+        """A light, and what is left of the number."""
         n = len(self.columns)
-        if n == 1 and self.surfaces:
-            return 0
         s = u * n
         column = min(math.floor(s), n - 1)
         threshold, alias = self.columns[column]
-        return column if s - F(column) < threshold else alias
+        within = s - F(column)
+        if within < threshold:
+            return column, within / threshold
+        return alias, (within - threshold) / (F(1) - threshold)
 
     def sample(self, x, choice, u, v):
-        """Direction, distance, radiance, 1 / pdf, primitive, whether it is punctual."""
-        number = self.choose(choice)
+        """Direction, distance, radiance, 1 / pdf, primitive, whether it is punctual; `choice` is a pair."""
+        number, rest = self.choose(choice[0])
         light = self.all[number]
         inverse_chance = f(1 / self.chances[number])
         if "sphere" in light:
@@ -125,7 +150,18 @@ class Lights:
             half = safe_sqrt(fma(-fma(l.x, l.x, l.y * l.y), d2, square(r)))
             distance = fma(d2 * i, l.z, -half if outside else half)
             inverse = (spread * TAU if outside or light.get("two_sided") else F(0)) * inverse_chance
-            return Frame(k * i).to_world(l), distance, single(light["radiance"]), inverse, self.first + number, False
+            return Frame(k * i).to_world(l), distance, single(light["radiance"]), inverse, self.ids[number], False
+        if "mesh" in light:
+            triangles, area, columns = self.meshes[number]
+            triangle = choose(columns, choice[1], rest)
+            k = triangles[triangle].at(*triangle_warp(u, v)) - x
+            d2 = dot(k, k)
+            distance = sqrt(d2)
+            w = k * (F(1) / distance)
+            facing = -dot(w, triangles[triangle].ng)
+            inverse = abs(facing) * f(area) / d2
+            inverse = inverse if facing > 0 or light.get("two_sided") else F(0)
+            return w, distance, single(light["radiance"]), inverse * inverse_chance, self.ids[number] + triangle, False
         if "quad" in light:
             p, a, b = (single(light["quad"][name]) for name in ("corner", "u", "v"))
             n = outer(exact(a), exact(b))
@@ -137,7 +173,7 @@ class Lights:
             facing = -dot(w, single(unit(n)))
             inverse = abs(facing) * f(math.sqrt(inner(n, n))) * i2
             inverse = inverse if facing > 0 or light.get("two_sided") else F(0)
-            return w, d2 * i, single(light["radiance"]), inverse * inverse_chance, self.first + number, False
+            return w, d2 * i, single(light["radiance"]), inverse * inverse_chance, self.ids[number], False
         if light is self.sky:
             w = self.sky_direction(u, v)
             radiance, pdf = self.sky_at(w)
@@ -159,17 +195,22 @@ class Lights:
         ramp = least(greatest(fma(-dot(w, way), slope, offset), F(0)), F(1))
         return w, d, single(light[kind]["intensity"]) * (square(ramp) / d2), inverse_chance, None, True
 
-    def met(self, number, o, w, distance):
+    def met(self, number, o, w, distance, ng=None):
+        """Emitted radiance and density; of a mesh by its geometric normal."""
         light, chance = self.surfaces[number], f(self.chances[number])
         if "sphere" in light:
             k = single(light["sphere"]["center"]) - o
             spread, front = cone_of(square(f(light["sphere"]["radius"])) / dot(k, k))
             inverse = spread * TAU
         else:
-            n = outer(exact(light["quad"]["u"]), exact(light["quad"]["v"]))
-            facing = -dot(w, single(unit(n)))
+            if number in self.meshes:
+                area = self.meshes[number][1]
+            else:
+                n = outer(exact(light["quad"]["u"]), exact(light["quad"]["v"]))
+                area, ng = math.sqrt(inner(n, n)), single(unit(n))
+            facing = -dot(w, ng)
             front = facing > 0
-            inverse = abs(facing) * f(math.sqrt(inner(n, n))) / square(distance)
+            inverse = abs(facing) * f(area) / square(distance)
         return single(light["radiance"]) if front or light.get("two_sided") else V(0, 0, 0), chance / inverse
 
     def sky_chance(self):

@@ -3,6 +3,7 @@
 import sampler
 from specification import bsdfs
 from specification.arithmetic import *
+from specification.meshes import Triangle
 from specification.shapes import closest
 
 SPECULAR = (bsdfs.Mirror, bsdfs.Glass)
@@ -33,42 +34,37 @@ def radiance(scene, numbers, column, row, strategy, length, roulette=None):
     o, w = scene.camera.ray(column, row, numbers.pair("PixelFilter", 0), numbers.pair("Lens", 0))
     throughput, density, total = V(1, 1, 1), INF, V(0, 0, 0)
     for edge in range(1, length + 1):
-        last = edge == length and edge > 1
-        if last:
-            t, primitive = closest(scene.emitters, o, w)
-        else:
-            t, primitive = closest(scene.contents, o, w)
-            if scene.room:
-                t, primitive = scene.room.meet(o, w, t, primitive)
-        light = met(scene, o, w, t, primitive, density, strategy)
-        if light is not None:
-            light = throughput * light[0] * light[1]
-            if not last or visible(scene, o, w, t, primitive):
-                total = total + light
-        if last or primitive is None or edge == length or not (bsdf := scene.bsdfs.get(scene.materials[primitive])):
+        # What the last edge meets does not matter, if it is no light.
+        shadowed = edge == length and edge > 1 and not scene.emits
+        t, primitive = closest(scene.emitters, o, w) if shadowed else hit(scene, o, w)
+        part = scene.triangles.get(primitive) or scene.shapes.get(primitive)
+        light = met(scene, o, w, t, part, density, strategy)
+        if light is not None and (not shadowed or visible(scene, o, w, t, primitive)):
+            total = total + throughput * light[0] * light[1]
+        if part is None or edge == length or not (bsdf := part.bsdf):
             return total
 
-        position = fma(w, t, o)
-        normal, wo = scene.shapes[primitive].surface(position), -w
-        offset = (max_abs(position) + t) * F(2**-18)
-        if not isinstance(bsdf, bsdfs.Glass) and dot(normal, wo) < 0:
+        position, ng, normal, offset = part.vertex(o, w, t)
+        smooth, clear = isinstance(part, Triangle), isinstance(bsdf, bsdfs.Glass)
+        if not clear and dot(normal, -w) < 0:
             normal = -normal
+        ng = ng * F(math.copysign(1, dot(ng, normal))) if smooth else normal
         frame = Frame(normal)
-        local = frame.to_local(wo)
+        wo = frame.to_local(-w)
 
         if not isinstance(bsdf, SPECULAR):
-            direct = light_sample(scene, numbers, edge, fma(normal, offset, position), bsdf, frame, local, strategy)
+            x = fma(ng, offset, position)
+            direct = light_sample(scene, numbers, edge, x, bsdf, frame, wo, strategy, ng if smooth else None)
             if direct is not None:
                 total = total + throughput * direct[0] * direct[1] * direct[2]
             if strategy == "light" and edge + 1 >= length:
                 return total
 
         if strategy == "uniform" and not isinstance(bsdf, SPECULAR):
-            wi = cone(*numbers.pair("BsdfDirection", edge), F(1))
-            density = INV_TAU
-            throughput = throughput * (bsdf.eval(local, wi)[0] * (F(1) / density))
+            wi, density = cone(*numbers.pair("BsdfDirection", edge), F(1)), INV_TAU
+            throughput = throughput * (bsdf.eval(wo, wi)[0] * (F(1) / density))
         else:
-            drawn = bsdf.sample(local, *numbers.pair("BsdfDirection", edge), numbers.one("BsdfLobe", edge))
+            drawn = bsdf.sample(wo, *numbers.pair("BsdfDirection", edge), numbers.one("BsdfLobe", edge))
             wi, weighed, density = drawn
             throughput = throughput * weighed
         if not max(throughput) > 0:
@@ -78,22 +74,36 @@ def radiance(scene, numbers, column, row, strategy, length, roulette=None):
             if not numbers.one("Roulette", edge) < chance:
                 return total
             throughput = throughput * (F(1) / chance)
-        o = fma(normal, F(math.copysign(offset, wi.z)), position)
         w = frame.to_world(wi)
+        height = dot(ng, w) if smooth else wi.z
+        if smooth and not clear and not height > 0:
+            return total
+        o = fma(ng, F(math.copysign(offset, height)), position)
     return total
 
 
-def met(scene, o, w, t, primitive, density, strategy):
+def hit(scene, o, w):
+    """The closest of all: shapes, walls, triangles, each strictly nearer than those before; of triangles the first."""
+    t, primitive = closest(scene.contents, o, w)
+    if scene.room:
+        t, primitive = scene.room.meet(o, w, t, primitive)
+    for number, triangle in scene.triangles.items():
+        if (nearer := triangle.meet(o, w)) < t:
+            t, primitive = nearer, number
+    return t, primitive
+
+
+def met(scene, o, w, t, part, density, strategy):
     """Emitted radiance and its weight, where a ray meets a light or the sky."""
-    if primitive is None:
+    if part is None:
         if not scene.lights.sky:
             return None
         emitted, pdf = scene.lights.sky_at(w)
         pdf = pdf * scene.lights.sky_chance()
-    elif primitive in scene.emitters:
-        emitted, pdf = scene.lights.met(primitive - scene.lights.first, o, w, t)
-    else:
+    elif part.light is None:
         return None
+    else:
+        emitted, pdf = scene.lights.met(part.light, o, w, t, getattr(part, "ng", None))
     if strategy == "mis":
         return emitted, weight(pdf / density)
     return emitted, F(1) if strategy != "light" or density == INF else F(0)
@@ -102,19 +112,22 @@ def met(scene, o, w, t, primitive, density, strategy):
 def visible(scene, o, w, limit, target):
     """Whether nothing but the target is met before the limit; on the way to the sky, hull and lone light are asked too."""
     shapes = scene.shapes if limit == INF else scene.blockers
-    return not any(shape.meet(o, w) < limit for number, shape in shapes.items() if number != target)
+    if any(shape.meet(o, w) < limit for number, shape in shapes.items() if number != target):
+        return False
+    limit = fma(limit, F(1 - 2**-18), max_abs(o) * F(-(2**-18)))
+    return not any(triangle.meet(o, w) < limit for number, triangle in scene.triangles.items() if number != target)
 
 
-def light_sample(scene, numbers, edge, x, bsdf, frame, local, strategy):
+def light_sample(scene, numbers, edge, x, bsdf, frame, wo, strategy, ng):
     """Radiance, value, and weight over density, of a light sample that arrives."""
-    lights = scene.lights
-    if strategy not in ("light", "mis"):
+    lights = scene.lights if strategy in ("light", "mis") else scene.lights.punctual
+    if not lights.all:
         return None
-    choice, point = numbers.one("LightChoice", edge), numbers.pair("LightPoint", edge)
+    choice, point = numbers.pair("LightChoice", edge), numbers.pair("LightPoint", edge)
     w, distance, arriving, inverse, primitive, punctual = lights.sample(x, choice, *point)
-    value, pdf = bsdf.eval(local, frame.to_local(w))
+    value, pdf = bsdf.eval(wo, frame.to_local(w))
     share = weight(pdf * inverse) if strategy == "mis" and not punctual else F(1)
     scaled = share * inverse
-    if not any(abs(a * v * scaled) > 0 for a, v in zip(arriving, value)):
+    if not any(abs(a * v * scaled) > 0 for a, v in zip(arriving, value)) or (ng and not dot(ng, w) > 0):
         return None
     return (arriving, value, scaled) if visible(scene, x, w, distance, primitive) else None

@@ -1,10 +1,11 @@
-"""Sections 6 to 9 of docs/specification.md: a scene file of quads, spheres and untextured materials, ready to be traced."""
+"""Sections 6 to 9 of docs/specification.md: a scene file, without textures and transforms, ready to be traced."""
 
 import tomllib
 
 from specification import bsdfs
 from specification.arithmetic import *
 from specification.lights import Lights
+from specification.meshes import FIRST, Triangle, read_ply
 from specification.shapes import Quad, Room, Sphere
 
 
@@ -62,7 +63,8 @@ def parameters(material):
         case "principled":
             ior = float(f(material.get("ior", 1.5)))
             normal = ((ior - 1) / (ior + 1)) ** 2
-            row = [*color("base_color"), f(material["metallic"]), f(material["roughness"]), f(normal), f(min(50 * normal, 1))]
+            row = [*color("base_color"), f(material["metallic"]), f(material["roughness"])]
+            row += [f(normal), f(min(50 * normal, 1))]
     return row + [F(0)] * (8 - len(row))
 
 
@@ -122,27 +124,55 @@ def close_room(walls):
 
 
 class Scene:
-    def __init__(self, text, width, height):
+    def __init__(self, text, width, height, folder=None):
         described = tomllib.loads(text)
         self.camera = Camera(described["camera"], width, height, described.get("film", {}).get("filter", "box"))
-        self.bsdfs = {
-            name: getattr(bsdfs, material["type"].capitalize())(parameters(material))
-            for name, material in described.get("materials", {}).items()
-        }
+        make = lambda material, *maps: getattr(bsdfs, material["type"].capitalize())(parameters(material), *maps)
+        materials = described.get("materials", {})
+        self.bsdfs = {name: make(material) for name, material in materials.items()}
+        # On meshes maps always count, be they 1.
+        self.mapped = {name: make(material, bsdfs.NO_MAPS) for name, material in materials.items()}
         objects, lights = described.get("objects", []), described.get("lights", [])
-        self.lights = Lights(text, len(objects))
-        shapes = objects + self.lights.surfaces
+        surfaces = [light for light in lights if "radiance" in light]
+        self.triangles, self.shapes, ids, kept = {}, {}, [], []
+        for place, part in enumerate(objects + surfaces):
+            light = place - len(objects) if place >= len(objects) else None
+            if "mesh" in part:
+                ids.append(FIRST + len(self.triangles))
+                mesh = read_ply(folder / part["mesh"]["file"])
+                for corners in mesh[2]:
+                    self.add(self.triangles, FIRST + len(self.triangles), Triangle(mesh, corners), part, light)
+            else:
+                ids.append(len(kept))
+                sphere = "sphere" in part
+                shape = Sphere(**part["sphere"]) if sphere else Quad(*(part["quad"][name] for name in ("corner", "u", "v")))
+                self.add(self.shapes, len(kept), shape, part, light)
+                kept.append(part)
+        self.lights = Lights(text, ids[len(objects) :], self.triangles)
+
         points = [exact(light[kind]["position"]) for light in lights for kind in ("point", "spot") if kind in light]
-        make = lambda s: Sphere(**s["sphere"]) if "sphere" in s else Quad(*(s["quad"][name] for name in ("corner", "u", "v")))
-        self.shapes = dict(enumerate(map(make, shapes)))
-        self.materials = [shape.get("material") for shape in shapes]
-        hull = {n for n, s in enumerate(shapes) if "quad" in s and is_hull(s["quad"], shapes, points)}
-        glass = {name for name, bsdf in self.bsdfs.items() if isinstance(bsdf, bsdfs.Glass)}
+        points += box_corners([corner for triangle in self.triangles.values() for corner in triangle.corners])
+        hull = {n for n, part in enumerate(kept) if "quad" in part and is_hull(part["quad"], kept, points)}
         self.room, self.contents = None, self.shapes
-        if not any(self.materials[number] in glass for number in hull):
-            self.room = close_room({number: shapes[number]["quad"] for number in hull})
+        if not any(isinstance(self.shapes[number].bsdf, bsdfs.Glass) for number in hull):
+            self.room = close_room({number: kept[number]["quad"] for number in hull})
         if self.room:
             self.contents = {number: shape for number, shape in self.shapes.items() if number not in hull}
-        self.emitters = {number: shape for number, shape in self.shapes.items() if number >= len(objects)}
-        lone = {len(objects)} if len(lights) == 1 and self.lights.surfaces else set()
+        self.emitters = {number: shape for number, shape in self.shapes.items() if shape.light is not None}
+        lone = set(self.emitters) if len(lights) == 1 else set()
         self.blockers = {number: shape for number, shape in self.shapes.items() if number not in hull | lone}
+        self.emits = bool(self.lights.meshes)
+
+    def add(self, parts, number, part, described, light):
+        """Takes note of what can be met, with its BSDF and its light."""
+        known = self.mapped if number >= FIRST else self.bsdfs
+        part.bsdf, part.light = known.get(described.get("material")), light
+        parts[number] = part
+
+
+def box_corners(points):
+    """The eight corners of the box around points."""
+    if not points:
+        return []
+    ends = [(min(p[axis] for p in points), max(p[axis] for p in points)) for axis in range(3)]
+    return [[float(ends[axis][corner >> axis & 1]) for axis in range(3)] for corner in range(8)]

@@ -2,6 +2,7 @@
 
 from specification.arithmetic import *
 
+
 class Quad:
     def __init__(self, p, a, b):
         p, a, b = exact(p), exact(a), exact(b)
@@ -19,8 +20,10 @@ class Quad:
         a, b = (abs(fma(s.x, q.x, fma(s.y, q.y, fma(s.z, q.z, s0)))) for s, s0 in self.axes)
         return t if greatest(a, b) <= 1 + 4 * EPSILON and positive(t) else INF
 
-    def surface(self, position):
-        return self.normal
+    def vertex(self, o, w, t):
+        """Position, geometric and shading normal, offset."""
+        position, offset = place(o, w, t)
+        return position, self.normal, self.normal, offset
 
 
 class Sphere:
@@ -34,9 +37,18 @@ class Sphere:
         h = sqrt(fma(-x, x, fma(-y, y, fma(-z, z, self.r2))))
         return next((t for t in (m - h, m + h) if positive(t)), INF)
 
-    def surface(self, position):
+    def vertex(self, o, w, t):
+        """Position, geometric and shading normal, offset."""
+        position, offset = place(o, w, t)
         n = (position - self.c) * self.inverse
-        return n * fma(-dot(n, n), F(0.5), F(1.5))
+        normal = n * fma(-dot(n, n), F(0.5), F(1.5))
+        return position, normal, normal, offset
+
+
+def place(o, w, t):
+    """Position on a shape, and offset of rays from there."""
+    position = fma(w, t, o)
+    return position, (max_abs(position) + t) * F(2**-18)
 
 
 def positive(t):
