@@ -4,7 +4,7 @@ use ondine::dump::budget;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output};
 
 /// The files of a folder by name.
 fn files(folder: &Path) -> BTreeMap<String, String> {
@@ -18,6 +18,14 @@ fn files(folder: &Path) -> BTreeMap<String, String> {
         .collect()
 }
 
+fn dump_vectors(folder: &Path, to: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_ondine"))
+        .args(["dump", "--vectors", to])
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
 fn committed() -> BTreeMap<String, String> {
     files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/vectors"))
 }
@@ -25,11 +33,7 @@ fn committed() -> BTreeMap<String, String> {
 #[test]
 fn the_committed_vectors_are_what_the_program_writes() {
     let folder = tempfile::tempdir().unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_ondine"))
-        .args(["dump", "--vectors", "vectors"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
+    let output = dump_vectors(folder.path(), "vectors");
     assert!(output.status.success(), "{output:?}");
     let (written, committed) = (files(&folder.path().join("vectors")), committed());
     assert!(
@@ -50,6 +54,20 @@ fn the_committed_vectors_are_what_the_program_writes() {
         }
         assert_eq!(written[name], *text, "{name}");
     }
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("taken"), "").unwrap();
+    let output = dump_vectors(folder.path(), "taken/vectors");
+    assert_eq!(output.status.code(), Some(2));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        message.starts_with("error: taken/vectors: cannot write"),
+        "{message}"
+    );
+    assert_eq!(message.lines().count(), 1, "{message}");
 }
 
 /// Calls `visit` with each case of each section of each topic, and the place as text.

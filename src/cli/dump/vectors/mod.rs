@@ -25,7 +25,7 @@ use std::path::Path;
 /// Writes every topic into a folder, which is made where it is missing.
 ///
 /// # Errors
-/// [`Error::Write`] where the folder or a file cannot be written.
+/// [`Error::Write`] where the folder or a file cannot be written; those written before are whole.
 pub fn write(dir: &Path) -> Result<()> {
     let topics = [
         samplers::topic(),
@@ -42,7 +42,10 @@ pub fn write(dir: &Path) -> Result<()> {
         path: dir.to_owned(),
         source,
     })?;
-    topics.iter().try_for_each(|topic| write_topic(dir, topic))
+    topics
+        .iter()
+        .try_for_each(|topic| write_topic(dir, topic))?;
+    super::super::print(&format!("{} files in {}\n", topics.len(), dir.display()))
 }
 
 fn write_topic(dir: &Path, topic: &Topic) -> Result<()> {
