@@ -3,7 +3,7 @@
 
     python3 tools/check_vectors.py [docs/vectors]
 
-tools/specification/ is written from that page alone and shares no code with the program; random numbers are
+tools/specification/ follows that page section by section and shares no code with the program; random numbers are
 tools/sampler.py's. Exits with 1 and the first field that differs. Needs Python 3.11; standard library only.
 """
 
