@@ -159,28 +159,41 @@ fn the_vectors_tell_one_behaviour_from_another() {
     }
 }
 
+/// The rows of the table of the specification that begins with this.
+fn rows(head: &str) -> Vec<Vec<String>> {
+    let text = specification();
+    let table = text.split(head).nth(1).expect(head);
+    let cells = |line: &str| line.split('|').map(|cell| cell.trim().to_owned()).collect();
+    // The rest of the head, and the rule below it.
+    let rows = table.lines().skip(2).map_while(|line| {
+        let is_row = line.starts_with('|');
+        is_row.then(|| cells(line))
+    });
+    rows.collect()
+}
+
+fn specification() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/specification.md");
+    std::fs::read_to_string(path).unwrap()
+}
+
 #[test]
 fn the_specification_names_every_budget() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/specification.md");
-    let text = std::fs::read_to_string(path).unwrap();
-    let rows = text.lines().filter_map(|line| {
-        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
-        let ulp = cells.get(2)?.parse::<f64>().ok()?;
-        cells[1]
-            .starts_with('`')
-            .then(|| (cells[1].to_owned(), ulp))
-    });
-    let mut written = BTreeMap::new();
-    for (fields, ulp) in rows {
-        for field in fields.split(' ') {
-            written.insert(field.trim_matches('`').to_owned(), ulp);
-        }
-    }
-    let held = budget::BUDGETS.iter();
-    let held: BTreeMap<String, f64> = held
+    let written: BTreeMap<String, f64> = rows("| fields | ulp on the first edge |")
+        .iter()
+        .flat_map(|row| {
+            let ulp: f64 = row[2].parse().unwrap();
+            row[1]
+                .split(' ')
+                .map(move |field| (field.trim_matches('`').to_owned(), ulp))
+        })
+        .collect();
+    let held: BTreeMap<String, f64> = budget::BUDGETS
+        .iter()
         .map(|(field, budget)| ((*field).to_owned(), budget.ulp))
         .collect();
     assert_eq!(written, held);
+    let text = specification();
     for number in [
         format!("times {} for each edge", budget::GROWTH),
         format!("{} at most", budget::PARTED),
@@ -188,4 +201,18 @@ fn the_specification_names_every_budget() {
     ] {
         assert!(text.contains(&number), "{number}");
     }
+}
+
+#[test]
+fn the_specification_lists_the_vectors_and_counts_their_cases() {
+    let mut counted: BTreeMap<String, usize> = BTreeMap::new();
+    each_case(|place, _| {
+        let name = place.split(':').next().unwrap();
+        *counted.entry(format!("`{name}`")).or_default() += 1;
+    });
+    let written: BTreeMap<String, usize> = rows("| file | cases |")
+        .iter()
+        .map(|row| (row[1].clone(), row[2].parse().unwrap()))
+        .collect();
+    assert_eq!(written, counted);
 }
