@@ -58,11 +58,18 @@ fn edges(text: &mut String, dump: &Dump, description: &Description, path: u32) {
             let distance = met.float("distance");
             line(text, format_args!("    meets {light}, distance {distance}"));
         }
+        let shadow = of("nee", "shadow_rays");
         if let Some(light) = of("accumulate", "encounters") {
+            // On the last edge, a shadow ray asks whether it is so.
+            let adds = if vertex.is_none() && shadow.is_some() {
+                "carries"
+            } else {
+                "adds"
+            };
             line(
                 text,
                 format_args!(
-                    "      emitted {}, density of light sampling {}, weight {}: adds {}",
+                    "      emitted {}, density of light sampling {}, weight {}: {adds} {}",
                     triple(&light.floats("emitted")),
                     light.float("light_pdf"),
                     light.float("weight"),
@@ -73,7 +80,7 @@ fn edges(text: &mut String, dump: &Dump, description: &Description, path: u32) {
         if vertex.is_none() && met.is_none() {
             line(text, format_args!("    meets nothing that it looks for"));
         }
-        if let Some(shadow) = of("nee", "shadow_rays") {
+        if let Some(shadow) = shadow {
             let visible = of("intersect", "visible").is_some_and(|ray| ray.integer("visible") == 1);
             line(
                 text,

@@ -137,9 +137,7 @@ pub fn trace_observed(
         }
         let encounters = ws.encounters.len() + ws.mesh_encounters.len();
         ws.tally.end(Stage::Accumulate, encounters);
-        if !only_lights {
-            observer.see(ctx, edge, Step::AddedEncounters, ws);
-        }
+        observer.see(ctx, edge, Step::AddedEncounters, ws);
 
         if edge < ctx.path_length {
             for kind in Kind::ALL {
