@@ -210,9 +210,6 @@ class V(tuple):
         return V(*(-a for a in self))
 
 
-Z = V(0, 0, 1)
-
-
 def gray(x):
     return V(x, x, x)
 

@@ -1,6 +1,7 @@
 """Section 9 of docs/specification.md: lights of a scene file, chosen, drawn from, and met."""
 
 import copy
+import math
 import tomllib
 
 from specification.arithmetic import *

@@ -1,5 +1,6 @@
 """Sections 7 and 9 of docs/specification.md: triangles of the world, as they are met and as they emit."""
 
+import math
 from fractions import Fraction
 
 from specification.arithmetic import *

@@ -1,5 +1,7 @@
 """Section 10 of docs/specification.md: the radiance of a path."""
 
+import math
+
 import sampler
 from specification import bsdfs
 from specification.arithmetic import *

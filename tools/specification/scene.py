@@ -1,5 +1,6 @@
 """Sections 6 to 9 of docs/specification.md: a scene file, without textures and transforms, ready to be traced."""
 
+import math
 import tomllib
 
 from specification import bsdfs

@@ -1,5 +1,7 @@
 """Section 7 of docs/specification.md: rays against quads, spheres, rooms and triangles."""
 
+import math
+
 from specification.arithmetic import *
 
 
