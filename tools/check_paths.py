@@ -66,8 +66,9 @@ def scene_file(ondine, name, folder):
     """A built-in scene, or that of meshes with a gem of some material: its text, and how the program is to find it."""
     if name.startswith("meshes of "):
         for file in SCENES.iterdir():
-            text = file.read_text().replace("GEM", name.split()[-1])
-            (folder / file.name).write_text(text)
+            data = file.read_bytes()
+            data = data.replace(b"GEM", name.split()[-1].encode()) if file.suffix == ".toml" else data
+            (folder / file.name).write_bytes(data)
         return (folder / "meshes.toml").read_text(), folder / "meshes.toml"
     return subprocess.run([ondine, "scenes", name], check=True, capture_output=True, text=True).stdout, name
 

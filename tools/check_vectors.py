@@ -109,7 +109,7 @@ def intersections(section, case):
     distance, primitive = closest(shapes, o, w)
     if section != "surface":
         return {"distance": distance, "primitive": primitive}
-    position, normal, _, offset = shapes[primitive].vertex(o, w, distance)
+    position, normal, _, offset, _ = shapes[primitive].vertex(o, w, distance)
     return {"position": position, "normal": normal, "offset": offset}
 
 

@@ -4,7 +4,7 @@ import math
 from fractions import Fraction
 
 from specification.arithmetic import *
-from specification.shapes import meet_triangle
+from specification.shapes import Shape, meet_triangle
 
 # Ids of triangles begin here, beyond those of other primitives.
 FIRST = 1 << 31
@@ -20,15 +20,23 @@ def read_ply(path):
     return [V(*row[:3]) for row in vertices], normals, [tuple(map(int, row[1:])) for row in rows[count:]]
 
 
-class Triangle:
-    def __init__(self, mesh, corners):
-        positions, normals, _ = mesh
+def of_quad(quad):
+    """The mesh of a quad that has maps: positions, texture coordinates, triangles."""
+    p, a, b = (single(quad[name]) for name in ("corner", "u", "v"))
+    uvs = [(F(0), F(0)), (F(1), F(0)), (F(1), F(1)), (F(0), F(1))]
+    return [p, p + a, p + a + b, p + b], None, [(0, 1, 2), (0, 2, 3)], uvs
+
+
+class Triangle(Shape):
+    def __init__(self, mesh, corners, maps, make):
+        positions, normals, _, *uvs = mesh
         self.corners = [positions[corner] for corner in corners]
         self.normals = normals and [normals[corner] for corner in corners]
+        self.uvs = [uvs[0][corner] for corner in corners] if uvs else [(F(0), F(0))] * 3
+        self.maps, self.make = maps, make
         a, b, c = self.corners
         self.edges = b - a, c - a
-        longest = greatest(max_abs(self.edges[0]), max_abs(self.edges[1]))
-        m = F(1) / longest
+        m = F(1) / greatest(max_abs(self.edges[0]), max_abs(self.edges[1]))
         self.ng = normalize(cross(self.edges[0] * m, self.edges[1] * m))
 
     def meet(self, o, w):
@@ -43,30 +51,41 @@ class Triangle:
         n = outer(subtract(b, a), subtract(c, a))
         return 0.5 * math.sqrt(inner(n, n))
 
-    def vertex(self, o, w, t):
-        """Position, geometric and shading normal, offset."""
+    def barycentric(self, point):
         e1, e2 = self.edges
         n = cross(e1, e2)
         k = F(1) / max_abs(n)
         n = n * k
         per = k / dot(n, n)
-        s = fma(w, t, o) - self.corners[0]
+        s = point - self.corners[0]
         b, c = clamp(dot(cross(s, e2), n) * per), clamp(dot(cross(e1, s), n) * per)
         g = F(1) / greatest(b + c, F(1))
-        b, c = b * g, c * g
-        size = max(map(max_abs, self.corners))
-        return self.at(b, c), self.ng, self.shading_normal(b, c, -w), size * F(2**-20)
+        return b * g, c * g
 
-    def shading_normal(self, b, c, wo):
+    def uv(self, b, c):
+        return [fma(q - p, b, fma(r - p, c, p)) for p, q, r in zip(*self.uvs)]
+
+    def is_there(self, o, w, t):
+        return self.maps.is_there(*self.uv(*self.barycentric(fma(w, t, o))))
+
+    def vertex(self, o, w, t):
+        b, c = self.barycentric(fma(w, t, o))
+        uv = self.uv(b, c)
+        ns = self.maps.bend(self.interpolated(b, c), self.edges, self.uvs, *uv)
+        same_side = dot(ns, -w) * dot(self.ng, -w) > 0 and dot(ns, self.ng) > 0
+        offset = max(map(max_abs, self.corners)) * F(2**-20)
+        bsdf = self.make and self.make(self.maps.factors(*uv))
+        return self.at(b, c), self.ng, ns if same_side else self.ng, offset, bsdf
+
+    def interpolated(self, b, c):
         if not self.normals:
             return self.ng
         n0, n1, n2 = self.normals
-        ns = fma(n1 - n0, b, fma(n2 - n0, c, n0))
+        n = fma(n1 - n0, b, fma(n2 - n0, c, n0))
         # The cofactors of the identity.
-        ns = V(*(fma(F(i == 0), ns.x, fma(F(i == 1), ns.y, F(i == 2) * ns.z)) for i in range(3)))
-        ns = normalize(ns * (F(1) / max_abs(ns)))
-        ns = ns * F(math.copysign(1, dot(ns, self.ng)))
-        return ns if dot(ns, wo) * dot(self.ng, wo) > 0 and dot(ns, self.ng) > 0 else self.ng
+        n = V(*(fma(F(i == 0), n.x, fma(F(i == 1), n.y, F(i == 2) * n.z)) for i in range(3)))
+        n = normalize(n * (F(1) / max_abs(n)))
+        return n * F(math.copysign(1, dot(n, self.ng)))
 
 
 def choose(columns, first, second):

@@ -43,10 +43,12 @@ def radiance(scene, numbers, column, row, strategy, length, roulette=None):
         light = met(scene, o, w, t, part, density, strategy)
         if light is not None and (not shadowed or visible(scene, o, w, t, primitive)):
             total = total + throughput * light[0] * light[1]
-        if part is None or edge == length or not (bsdf := part.bsdf):
+        if part is None or edge == length:
+            return total
+        position, ng, normal, offset, bsdf = part.vertex(o, w, t)
+        if bsdf is None:
             return total
 
-        position, ng, normal, offset = part.vertex(o, w, t)
         smooth, clear = isinstance(part, Triangle), isinstance(bsdf, bsdfs.Glass)
         if not clear and dot(normal, -w) < 0:
             normal = -normal
@@ -85,14 +87,29 @@ def radiance(scene, numbers, column, row, strategy, length, roulette=None):
 
 
 def hit(scene, o, w):
-    """The closest of all: shapes, walls, triangles, each strictly nearer than those before; of triangles the first."""
+    """The closest of all: shapes, walls, triangles, those with holes, each strictly nearer than what was before."""
     t, primitive = closest(scene.contents, o, w)
     if scene.room:
         t, primitive = scene.room.meet(o, w, t, primitive)
     for number, triangle in scene.triangles.items():
-        if (nearer := triangle.meet(o, w)) < t:
+        if triangle.maps.cutoff is None and (nearer := triangle.meet(o, w)) < t:
             t, primitive = nearer, number
-    return t, primitive
+    through = first_beyond_holes(scene, o, w, t)
+    return through or (t, primitive)
+
+
+def first_beyond_holes(scene, o, w, farthest, ignored=None):
+    """The first triangle of those with holes where there is none."""
+    nearest = F(0)
+    pierced = {number: triangle for number, triangle in scene.triangles.items() if triangle.maps.cutoff is not None}
+    while True:
+        met = [(triangle.meet(o, w), number) for number, triangle in pierced.items()]
+        met = [(t, number) for t, number in met if nearest < t < farthest]
+        if not met:
+            return None
+        nearest, number = min(met)
+        if number != ignored and pierced[number].is_there(o, w, nearest):
+            return nearest, number
 
 
 def met(scene, o, w, t, part, density, strategy):
@@ -117,7 +134,10 @@ def visible(scene, o, w, limit, target):
     if any(shape.meet(o, w) < limit for number, shape in shapes.items() if number != target):
         return False
     limit = fma(limit, F(1 - 2**-18), max_abs(o) * F(-(2**-18)))
-    return not any(triangle.meet(o, w) < limit for number, triangle in scene.triangles.items() if number != target)
+    if first_beyond_holes(scene, o, w, limit, target):
+        return False
+    whole = {number: triangle for number, triangle in scene.triangles.items() if triangle.maps.cutoff is None}
+    return not any(triangle.meet(o, w) < limit for number, triangle in whole.items() if number != target)
 
 
 def light_sample(scene, numbers, edge, x, bsdf, frame, wo, strategy, ng):

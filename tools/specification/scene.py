@@ -1,13 +1,15 @@
-"""Sections 6 to 9 of docs/specification.md: a scene file, without textures and transforms, ready to be traced."""
+"""Sections 6 to 9 of docs/specification.md: a scene file, without transforms, ready to be traced."""
 
+import functools
 import math
 import tomllib
 
 from specification import bsdfs
 from specification.arithmetic import *
 from specification.lights import Lights
-from specification.meshes import FIRST, Triangle, read_ply
+from specification.meshes import FIRST, Triangle, of_quad, read_ply
 from specification.shapes import Quad, Room, Sphere
+from specification.textures import Maps
 
 
 class Camera:
@@ -43,7 +45,8 @@ class Camera:
 
 def parameters(material):
     """What is computed of a material: the numbers that its BSDF is made of."""
-    color = lambda name: single(material[name])
+    plain = lambda value: value.get("scale", [1, 1, 1]) if isinstance(value, dict) else value
+    color = lambda name: single(plain(material[name]))
     match material["type"]:
         case "lambert":
             row = [*color("albedo")]
@@ -64,7 +67,7 @@ def parameters(material):
         case "principled":
             ior = float(f(material.get("ior", 1.5)))
             normal = ((ior - 1) / (ior + 1)) ** 2
-            row = [*color("base_color"), f(material["metallic"]), f(material["roughness"])]
+            row = [*color("base_color"), f(material.get("metallic", 1)), f(material.get("roughness", 1))]
             row += [f(normal), f(min(50 * normal, 1))]
     return row + [F(0)] * (8 - len(row))
 
@@ -128,26 +131,30 @@ class Scene:
     def __init__(self, text, width, height, folder=None):
         described = tomllib.loads(text)
         self.camera = Camera(described["camera"], width, height, described.get("film", {}).get("filter", "box"))
-        make = lambda material, *maps: getattr(bsdfs, material["type"].capitalize())(parameters(material), *maps)
         materials = described.get("materials", {})
-        self.bsdfs = {name: make(material) for name, material in materials.items()}
-        # On meshes maps always count, be they 1.
-        self.mapped = {name: make(material, bsdfs.NO_MAPS) for name, material in materials.items()}
+        make = lambda material, *maps: getattr(bsdfs, material["type"].capitalize())(parameters(material), *maps)
+        maps = {name: Maps(material, folder) for name, material in materials.items()}
         objects, lights = described.get("objects", []), described.get("lights", [])
         surfaces = [light for light in lights if "radiance" in light]
         self.triangles, self.shapes, ids, kept = {}, {}, [], []
         for place, part in enumerate(objects + surfaces):
             light = place - len(objects) if place >= len(objects) else None
-            if "mesh" in part:
+            material = materials.get(part.get("material"))
+            mapped = maps.get(part.get("material"), Maps({}, folder))
+            if "mesh" in part or "quad" in part and mapped:
                 ids.append(FIRST + len(self.triangles))
-                mesh = read_ply(folder / part["mesh"]["file"])
+                mesh = read_ply(folder / part["mesh"]["file"]) if "mesh" in part else of_quad(part["quad"])
+                # On meshes maps always count, be they 1.
+                bsdf = functools.partial(make, material) if material else None
                 for corners in mesh[2]:
-                    self.add(self.triangles, FIRST + len(self.triangles), Triangle(mesh, corners), part, light)
+                    triangle = self.triangles[FIRST + len(self.triangles)] = Triangle(mesh, corners, mapped, bsdf)
+                    triangle.light = light
             else:
                 ids.append(len(kept))
                 sphere = "sphere" in part
                 shape = Sphere(**part["sphere"]) if sphere else Quad(*(part["quad"][name] for name in ("corner", "u", "v")))
-                self.add(self.shapes, len(kept), shape, part, light)
+                shape.bsdf, shape.light = make(material) if material else None, light
+                self.shapes[len(kept)] = shape
                 kept.append(part)
         self.lights = Lights(text, ids[len(objects) :], self.triangles)
 
@@ -163,12 +170,6 @@ class Scene:
         lone = set(self.emitters) if len(lights) == 1 else set()
         self.blockers = {number: shape for number, shape in self.shapes.items() if number not in hull | lone}
         self.emits = bool(self.lights.meshes)
-
-    def add(self, parts, number, part, described, light):
-        """Takes note of what can be met, with its BSDF and its light."""
-        known = self.mapped if number >= FIRST else self.bsdfs
-        part.bsdf, part.light = known.get(described.get("material")), light
-        parts[number] = part
 
 
 def box_corners(points):

@@ -5,7 +5,13 @@ import math
 from specification.arithmetic import *
 
 
-class Quad:
+class Shape:
+    """What can be met. `vertex` gives position, geometric and shading normal, offset, and the BSDF there."""
+
+    bsdf = light = None
+
+
+class Quad(Shape):
     def __init__(self, p, a, b):
         p, a, b = exact(p), exact(a), exact(b)
         n = outer(a, b)
@@ -23,12 +29,11 @@ class Quad:
         return t if greatest(a, b) <= 1 + 4 * EPSILON and positive(t) else INF
 
     def vertex(self, o, w, t):
-        """Position, geometric and shading normal, offset."""
         position, offset = place(o, w, t)
-        return position, self.normal, self.normal, offset
+        return position, self.normal, self.normal, offset, self.bsdf
 
 
-class Sphere:
+class Sphere(Shape):
     def __init__(self, center, radius):
         self.c, self.r2, self.inverse = single(center), f(radius) * f(radius), F(1) / f(radius)
 
@@ -40,11 +45,10 @@ class Sphere:
         return next((t for t in (m - h, m + h) if positive(t)), INF)
 
     def vertex(self, o, w, t):
-        """Position, geometric and shading normal, offset."""
         position, offset = place(o, w, t)
         n = (position - self.c) * self.inverse
         normal = n * fma(-dot(n, n), F(0.5), F(1.5))
-        return position, normal, normal, offset
+        return position, normal, normal, offset, self.bsdf
 
 
 def place(o, w, t):
