@@ -65,11 +65,12 @@ class Maps:
     """The textures of a material."""
 
     def __init__(self, material, folder):
-        named = next((material[name] for name in ("albedo", "reflectance", "diffuse", "base_color") if name in material), None)
-        self.color = Texture(named, folder, True) if isinstance(named, dict) else None
+        colors = [material.get(name) for name in ("albedo", "reflectance", "diffuse", "base_color")]
+        self.color = next((Texture(color, folder, True) for color in colors if isinstance(color, dict)), None)
         of = lambda name: Texture(material[name], folder, False) if name in material else None
         self.rough, self.normal = of("metallic_roughness"), of("normal_map")
-        self.strength = f(material["normal_map"].get("strength", 1)) if isinstance(material.get("normal_map"), dict) else F(1)
+        bumps = material.get("normal_map")
+        self.strength = f(bumps.get("strength", 1)) if isinstance(bumps, dict) else F(1)
         self.cutoff = f(material["alpha_cutoff"]) if "alpha_cutoff" in material else None
 
     def __bool__(self):
