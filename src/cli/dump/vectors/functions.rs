@@ -95,7 +95,7 @@ pub(super) fn topic() -> Topic {
             sines(
                 "sin_cos_eighth",
                 "Sine and cosine of x radians, |x| at most pi/4.",
-                &[0.0, 0.25, -0.25, 0.5, -0.75, 0.785_398_1, 1e-4],
+                &[0.0, 0.25, -0.25, 0.5, -0.75, 0.78125, 1e-4],
                 sin_cos_eighth,
             ),
             of_one(
