@@ -1,6 +1,6 @@
 //! Floor 6: the command line. Raw arguments become validated settings, and those a command.
 //!
-//! Results go to stdout; progress and messages to stderr. Exit codes: 0 done, 2 bad input or usage, 130 interrupted.
+//! Results go to stdout; progress and messages to stderr. Exit codes: 0 done, 1 the answer is no, 2 bad input or usage, 130 interrupted.
 
 mod args;
 mod dump;
@@ -31,13 +31,13 @@ use std::process::ExitCode;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Outcome {
     Done,
-    /// It was asked a question, and the answer is no.
-    No,
+    /// The answer is no.
+    Differs,
     Interrupted,
 }
 
-/// The exit code of a question whose answer is no.
-const NO: u8 = 1;
+/// The exit code of an answer that is no.
+const DIFFERS: u8 = 1;
 /// The exit code of bad input and of wrong usage.
 const BAD_INPUT: u8 = 2;
 /// The exit code of a program that Ctrl-C ended: 128 + SIGINT.
@@ -65,7 +65,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::No) => ExitCode::from(NO),
+        Ok(Outcome::Differs) => ExitCode::from(DIFFERS),
         Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(error) => fail(error),
     }

@@ -2,7 +2,7 @@
 
 use super::budget;
 use super::table::Table;
-use super::{Block, Dump};
+use super::{Block, Dump, MOST_PATHS};
 use crate::film::PixelSums;
 use crate::npy::{Array, Numbers};
 use crate::render::Settings;
@@ -150,6 +150,18 @@ impl Manifest {
             queues: all.queues,
         };
         (manifest, all.files)
+    }
+}
+
+impl Manifest {
+    /// How many pixels there are, and samples of each; none where they are not those of its paths.
+    pub fn pixels_and_samples(&self) -> Option<(usize, usize)> {
+        let [x0, y0, x1, y1] = self.tile;
+        let samples = self.samples[1].checked_sub(self.samples[0])? as usize;
+        let (width, height) = (x1.checked_sub(x0)? as usize, y1.checked_sub(y0)? as usize);
+        let pixels = width.checked_mul(height)?;
+        let all = pixels.checked_mul(samples)?;
+        (all == self.paths && (1..=MOST_PATHS).contains(&(all as u64))).then_some((pixels, samples))
     }
 }
 

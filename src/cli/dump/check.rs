@@ -1,6 +1,7 @@
 //! `ondine dump --check`: a port's dump against one of ours.
 
 use super::super::Outcome;
+use super::super::report::counted;
 use crate::dump::check::{Compared, Difference, Verdict, check};
 use crate::error::{Error, Result};
 use std::fmt::Write;
@@ -17,7 +18,7 @@ pub(super) fn run(folders: &[PathBuf], json: bool) -> Result<Outcome> {
     }
     Ok(match verdict.within {
         true => Outcome::Done,
-        false => Outcome::No,
+        false => Outcome::Differs,
     })
 }
 
@@ -40,8 +41,9 @@ fn text(verdict: &Verdict) -> String {
     let parted = &verdict.parted;
     if let Some(first) = &parted.first {
         line(format_args!(
-            "{} of paths parted from ours (allowed: {}), and are left out from there on; the first: {}",
-            parted.paths,
+            "{} parted from ours, {} by another choice ({} may part), and are left out from there on; the first: {}",
+            counted(parted.paths, "path"),
+            parted.by_choice,
             parted.allowed,
             difference(first)
         ));
@@ -107,7 +109,7 @@ fn difference(found: &Difference) -> String {
     }
 }
 
-/// To a tenth; what is more than a tenth of a percent in full.
+/// To a tenth.
 fn ulp(ulp: f64) -> String {
     match ulp {
         _ if ulp.is_infinite() => "infinite".to_owned(),

@@ -48,6 +48,11 @@ impl Ours {
         }
         let manifest: Manifest = serde_json::from_value(Value::Object(members))
             .map_err(|error| damaged(format!("is damaged: {error}")))?;
+        if manifest.pixels_and_samples().is_none() {
+            return Err(damaged(
+                "has not the paths of its tile and samples".to_owned(),
+            ));
+        }
         for queue in &manifest.queues {
             let mut files = queue.fields.iter().map(|field| &field.file);
             let inside = |name: &str| {

@@ -1,16 +1,17 @@
 //! A port's dump against one of ours: the first difference that is beyond its budget, and a count of all.
 //!
-//! Queues are compared in the order in which they are filled, fields in theirs, records by path. A path whose record says
-//! that it met or chose something else (it is missing from a queue, is in another one, an id differs, a place is another
-//! place) has *parted*: what follows on it is no error of its own, and is left out. A port may have some such paths; what
-//! the others hold must be within the [budgets](super::budget).
+//! Queues are compared in the order in which they are filled, by path. A path *parts* from ours where it met or chose
+//! something else (it is missing from a queue or is in another one, an id differs), or a value is beyond its
+//! [budget](super::budget). What follows on it is no difference of its own, and is left out. A few paths of a right port part;
+//! where more do than may, the queue and the field by which they became too many are named.
 
 mod load;
 mod ulp;
 
-use super::budget::{self, Budget, Measure, PARTED};
-use super::manifest::{Manifest, Queue};
+use super::budget::{self, Measure};
+use super::manifest::{Field, Manifest, Queue};
 use crate::error::{Error, Result};
+use crate::npy::Array;
 use load::{Ours, Records, Theirs};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -23,9 +24,9 @@ pub struct Verdict {
     pub within: bool,
     /// Whether it is the same to the last bit.
     pub bit_equal: bool,
-    /// The first that is beyond its budget.
+    /// The first that may not be.
     pub first: Option<Difference>,
-    /// Paths that met or chose something else.
+    /// Paths that parted from ours.
     pub parted: Parted,
     /// Every array of which something was compared.
     pub arrays: Vec<Compared>,
@@ -60,11 +61,13 @@ pub struct Difference {
     pub budget_ulp: f64,
 }
 
-/// Paths that met or chose something else.
+/// Paths that parted from ours.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Parted {
     /// How many.
     pub paths: usize,
+    /// How many of them met or chose something else.
+    pub by_choice: usize,
     /// How many there may be.
     pub allowed: usize,
     /// The first of them.
@@ -86,9 +89,9 @@ pub struct Compared {
     pub records: usize,
     /// Those that differ in any bit.
     pub different: usize,
-    /// Those that are beyond the budget.
+    /// Those that are beyond the budget, or are something else.
     pub beyond: usize,
-    /// The largest difference of a path that had not parted.
+    /// The largest difference within the budget.
     pub worst_ulp: f64,
     /// How large it may be.
     pub budget_ulp: f64,
@@ -124,25 +127,66 @@ pub fn check(ours: &Path, theirs: &Path) -> Result<Verdict> {
             "holds no array that the dump has; give the folder that holds the port's edge01",
         ));
     }
-    Ok(comparison.verdict(not_compared))
+    let mut verdict = comparison.verdict(not_compared);
+    for difference in verdict.first.iter_mut().chain(&mut verdict.parted.first) {
+        elsewhere(difference, &ours, &theirs)?;
+    }
+    Ok(verdict)
 }
+
+/// Where a record is missing: which queue of the stage has the path instead.
+fn elsewhere(difference: &mut Difference, ours: &Ours, theirs: &Theirs) -> Result<()> {
+    if difference.field.is_some() {
+        return Ok(());
+    }
+    let of_stage = |queue: &&Queue| {
+        (queue.edge, &queue.stage) == (difference.edge, &difference.stage)
+            && queue.queue != difference.queue
+    };
+    for queue in ours.manifest.queues.iter().filter(of_stage) {
+        let mine = ours.records(queue)?;
+        let other = theirs.records(queue, &mine)?;
+        let has = |records: &Records| records.rows.contains_key(&difference.path);
+        let instead = format!("one in {}", queue.queue);
+        if difference.ours == NO_RECORD && has(&mine) {
+            difference.ours = instead;
+        } else if difference.theirs == NO_RECORD && other.is_some_and(|other| has(&other)) {
+            difference.theirs = instead;
+        }
+    }
+    Ok(())
+}
+
+/// In place of a value, where there is none.
+const NO_RECORD: &str = "no record";
 
 /// What was found so far.
 struct Comparison<'a> {
     manifest: &'a Manifest,
-    first: Option<Difference>,
+    pixels: usize,
+    samples: usize,
+    /// How many paths may part.
+    allowed: usize,
     parted: BTreeSet<usize>,
+    by_choice: usize,
     first_parted: Option<Difference>,
+    first: Option<Difference>,
     arrays: Vec<Compared>,
 }
 
 impl<'a> Comparison<'a> {
     fn new(manifest: &'a Manifest) -> Self {
+        // Checked when it was read.
+        let (pixels, samples) = manifest.pixels_and_samples().unwrap_or((1, 1));
         Self {
             manifest,
-            first: None,
+            pixels,
+            samples,
+            allowed: manifest.paths.div_ceil(manifest.paths_per_parting.max(1)),
             parted: BTreeSet::new(),
+            by_choice: 0,
             first_parted: None,
+            first: None,
             arrays: Vec::new(),
         }
     }
@@ -154,111 +198,124 @@ impl<'a> Comparison<'a> {
         theirs: &Records,
         not_compared: &mut Vec<String>,
     ) {
-        // Only afterwards: all fields of a record are looked at.
+        // By the record that parts, what it is seen by: its first field.
         let mut parted: BTreeMap<usize, Difference> = BTreeMap::new();
-        {
-            for (rows, others, missing) in [(ours, theirs, true), (theirs, ours, false)] {
-                for &path in rows
-                    .rows
-                    .keys()
-                    .filter(|path| !others.rows.contains_key(path))
-                {
-                    if self.follows(queue, path) {
-                        let found = |there| if there { "a record" } else { "none" }.to_owned();
-                        let words = (found(missing), found(!missing));
-                        let difference = self.difference(queue, None, path, words, (None, 0.0));
-                        parted.entry(path).or_insert(difference);
-                    }
-                }
+        for (rows, others, missing) in [(ours, theirs, true), (theirs, ours, false)] {
+            let alone = rows
+                .rows
+                .keys()
+                .filter(|path| !others.rows.contains_key(path));
+            for &path in alone.filter(|&&path| self.follows(queue, path)) {
+                let found = |there| if there { "a record" } else { NO_RECORD }.to_owned();
+                let words = (found(missing), found(!missing));
+                parted.insert(path, self.difference(queue, None, path, words, None));
             }
         }
         for field in &queue.fields {
-            let (Some(mine), Some(other)) = (ours.array(&field.field), theirs.array(&field.field))
-            else {
+            let arrays = (ours.array(&field.field), theirs.array(&field.field));
+            let (Some(mine), Some(other)) = arrays else {
                 not_compared.push(format!("{}: the port has none", field.file));
                 continue;
             };
-            let budget = budget::of(&field.field, 1).unwrap_or(Budget {
-                measure: Measure::Same,
-                ulp: 0.0,
+            let rows = ours.rows.iter().filter_map(|(&record, &row)| {
+                let other_row = *theirs.rows.get(&record)?;
+                self.follows(queue, record)
+                    .then_some((record, row, other_row))
             });
-            let allowed = field.budget_ulp;
-            let mut compared = Compared {
-                edge: queue.edge,
-                stage: queue.stage.clone(),
-                queue: queue.queue.clone(),
-                field: field.field.clone(),
-                records: 0,
-                different: 0,
-                beyond: 0,
-                worst_ulp: 0.0,
-                budget_ulp: allowed,
-            };
-            for (&path, &row) in &ours.rows {
-                let Some(&other_row) = theirs.rows.get(&path) else {
-                    continue;
-                };
-                if !self.follows(queue, path) {
-                    continue;
-                }
-                compared.records += 1;
-                let apart = ulp::apart(mine, row, other, other_row);
-                if apart.same_bits {
-                    continue;
-                }
-                compared.different += 1;
-                let parts = match budget.measure {
-                    Measure::Choice => true,
-                    Measure::Place => apart.ulp > PARTED,
-                    Measure::Same | Measure::Value => false,
-                };
-                let describe = || {
-                    let words = (ulp::shown(mine, row), ulp::shown(other, other_row));
-                    let ulps = (budget.measure == Measure::Value
-                        || budget.measure == Measure::Place)
-                        .then_some(apart.ulp);
-                    self.difference(queue, Some(&field.field), path, words, (ulps, allowed))
-                };
-                if parts {
-                    parted.entry(path).or_insert_with(describe);
-                } else if !parted.contains_key(&path) {
-                    compared.worst_ulp = compared.worst_ulp.max(apart.ulp);
-                    if apart.ulp > allowed {
-                        compared.beyond += 1;
-                        if self.first.is_none() {
-                            self.first = Some(describe());
-                        }
-                    }
-                }
-            }
+            let rows: Vec<_> = rows.collect();
+            let compared = self.compare_field(queue, field, (mine, other), &rows, &mut parted);
             self.arrays.push(compared);
         }
-        if let Some((_, difference)) = parted.first_key_value() {
-            self.first_parted.get_or_insert(difference.clone());
+        self.part(parted);
+    }
+
+    /// Compares the rows (of each record, ours and theirs) of a field.
+    fn compare_field(
+        &mut self,
+        queue: &Queue,
+        field: &Field,
+        (ours, theirs): (&Array, &Array),
+        rows: &[(usize, usize, usize)],
+        parted: &mut BTreeMap<usize, Difference>,
+    ) -> Compared {
+        let budget = budget::of(&field.field, 1);
+        let measure = budget.map_or(Measure::Same, |budget| budget.measure);
+        let mut compared = Compared {
+            edge: queue.edge,
+            stage: queue.stage.clone(),
+            queue: queue.queue.clone(),
+            field: field.field.clone(),
+            records: rows.len(),
+            different: 0,
+            beyond: 0,
+            worst_ulp: 0.0,
+            budget_ulp: field.budget_ulp,
+        };
+        for &(record, row, other_row) in rows {
+            let apart = ulp::apart((ours, row), (theirs, other_row), measure);
+            if apart.same_bits {
+                continue;
+            }
+            compared.different += 1;
+            if apart.ulp <= field.budget_ulp {
+                compared.worst_ulp = compared.worst_ulp.max(apart.ulp);
+                continue;
+            }
+            compared.beyond += 1;
+            let describe = || {
+                let words = (ulp::shown(ours, row), ulp::shown(theirs, other_row));
+                let whole = matches!(measure, Measure::Same | Measure::Choice);
+                let ulps = (!whole).then_some((apart.ulp, field.budget_ulp));
+                self.difference(queue, Some(&field.field), record, words, ulps)
+            };
+            // What follows from settings alone, and sums of what has not parted, leave no choice.
+            if measure == Measure::Same || self.owner(queue, record).1.is_none() {
+                if self.first.is_none() {
+                    self.first = Some(describe());
+                }
+            } else {
+                parted.entry(record).or_insert_with(describe);
+            }
         }
+        compared
+    }
+
+    /// Takes leave of the paths that part in a queue. Where they become too many, the field by which most part is named.
+    fn part(&mut self, parted: BTreeMap<usize, Difference>) {
+        let mut fields: BTreeMap<Option<&str>, usize> = BTreeMap::new();
+        for difference in parted.values() {
+            *fields.entry(difference.field.as_deref()).or_default() += 1;
+        }
+        let most = fields.iter().max_by_key(|(_, paths)| **paths);
+        let by_most = |difference: &&Difference| {
+            most.is_some_and(|(field, _)| *field == difference.field.as_deref())
+        };
+        if self.first.is_none() && self.parted.len() + parted.len() > self.allowed {
+            self.first = parted.values().find(by_most).cloned();
+        }
+        if self.first_parted.is_none() {
+            self.first_parted = parted.values().next().cloned();
+        }
+        self.by_choice += parted.values().filter(|found| found.ulp.is_none()).count();
         self.parted.extend(parted.into_keys());
     }
 
-    /// Whether a record belongs to paths that have not parted.
+    /// Whose a record is: a pixel's place in the tile, and one of its samples or all.
+    fn owner(&self, queue: &Queue, record: usize) -> (usize, Option<usize>) {
+        match (queue.stage.as_str(), queue.queue.as_str()) {
+            ("film", "pixels") => (record, None),
+            ("film", "blocks") => (record * self.pixels / queue.records.max(1), None),
+            _ => (record / self.samples, Some(record % self.samples)),
+        }
+    }
+
+    /// Whether none of the paths that a record is of has parted.
     fn follows(&self, queue: &Queue, record: usize) -> bool {
-        let samples = self.samples();
-        let of_pixel = |pixel: usize| pixel * samples..(pixel + 1) * samples;
-        let paths = match (queue.stage.as_str(), queue.queue.as_str()) {
-            ("film", "pixels") => of_pixel(record),
-            ("film", "blocks") => of_pixel(record * self.pixels() / queue.records.max(1)),
-            _ => record..record + 1,
+        let paths = match self.owner(queue, record) {
+            (_, Some(_)) => record..record + 1,
+            (pixel, None) => pixel * self.samples..(pixel + 1) * self.samples,
         };
         self.parted.range(paths).next().is_none()
-    }
-
-    fn samples(&self) -> usize {
-        let [first, end] = self.manifest.samples;
-        end.saturating_sub(first) as usize
-    }
-
-    fn pixels(&self) -> usize {
-        let [x0, y0, x1, y1] = self.manifest.tile;
-        x1.saturating_sub(x0) as usize * y1.saturating_sub(y0) as usize
     }
 
     fn difference(
@@ -267,78 +324,40 @@ impl<'a> Comparison<'a> {
         field: Option<&str>,
         record: usize,
         (ours, theirs): (String, String),
-        (ulp, budget_ulp): (Option<f64>, f64),
+        ulps: Option<(f64, f64)>,
     ) -> Difference {
         let [x0, y0, x1, _] = self.manifest.tile;
-        let width = x1.saturating_sub(x0).max(1) as usize;
-        let (pixel, sample) = match (queue.stage.as_str(), queue.queue.as_str()) {
-            ("film", "pixels") => (record, None),
-            ("film", "blocks") => (record * self.pixels() / queue.records.max(1), None),
-            _ => {
-                let samples = self.samples().max(1);
-                let sample = self.manifest.samples[0].saturating_add((record % samples) as u32);
-                (record / samples, Some(sample))
-            }
-        };
+        let width = (x1 - x0) as usize;
+        let (pixel, sample) = self.owner(queue, record);
         Difference {
             edge: queue.edge,
             stage: queue.stage.clone(),
             queue: queue.queue.clone(),
             field: field.map(str::to_owned),
             path: record,
-            pixel: [
-                x0.saturating_add((pixel % width) as u32),
-                y0.saturating_add((pixel / width) as u32),
-            ],
-            sample,
+            pixel: [x0 + (pixel % width) as u32, y0 + (pixel / width) as u32],
+            sample: sample.map(|sample| self.manifest.samples[0] + sample as u32),
             ours,
             theirs,
-            ulp,
-            budget_ulp,
+            ulp: ulps.map(|(apart, _)| apart),
+            budget_ulp: ulps.map_or(0.0, |(_, budget)| budget),
         }
     }
 
     fn verdict(self, not_compared: Vec<String>) -> Verdict {
-        let allowed = self
-            .manifest
-            .paths
-            .div_ceil(self.manifest.paths_per_parting.max(1));
-        let too_many = self.parted.len() > allowed;
-        let first = match too_many {
-            // Whichever comes first: the order of edges is that of time, but both were kept in the order of queues.
-            true => earlier(self.first, self.first_parted.clone(), self.manifest),
-            false => self.first,
-        };
         Verdict {
-            within: first.is_none(),
+            within: self.first.is_none(),
             bit_equal: self.parted.is_empty()
                 && self.arrays.iter().all(|array| array.different == 0),
-            first,
+            first: self.first,
             parted: Parted {
                 paths: self.parted.len(),
-                allowed,
+                by_choice: self.by_choice,
+                allowed: self.allowed,
                 first: self.first_parted,
             },
             arrays: self.arrays,
             not_compared,
         }
-    }
-}
-
-/// The one of the earlier queue.
-fn earlier(
-    a: Option<Difference>,
-    b: Option<Difference>,
-    manifest: &Manifest,
-) -> Option<Difference> {
-    let place = |difference: &Difference| {
-        manifest.queues.iter().position(|queue| {
-            (queue.edge, &queue.stage, &queue.queue)
-                == (difference.edge, &difference.stage, &difference.queue)
-        })
-    };
-    match (a, b) {
-        (Some(a), Some(b)) => Some(if place(&b) < place(&a) { b } else { a }),
-        (a, b) => a.or(b),
     }
 }

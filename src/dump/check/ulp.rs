@@ -1,5 +1,6 @@
 //! How far apart two records of an array are.
 
+use super::super::budget::Measure;
 use crate::npy::{Array, Numbers};
 
 /// How far apart.
@@ -7,7 +8,7 @@ use crate::npy::{Array, Numbers};
 pub(super) struct Apart {
     /// No bit differs.
     pub same_bits: bool,
-    /// The greatest difference of a component, in units in the last place (of single precision) of our greatest component.
+    /// The greatest difference of a component, in units in the last place (of single precision) of our greatest
     /// Of whole numbers, and where a number is not finite: 0 or +∞.
     pub ulp: f64,
 }
@@ -16,8 +17,12 @@ pub(super) struct Apart {
 const WORDS: usize = 4;
 const EXACT: usize = 3 * WORDS;
 
-/// One row of ours and one of theirs, of arrays of the same dtype and width.
-pub(super) fn apart(ours: &Array, row: usize, theirs: &Array, other: usize) -> Apart {
+/// A row of ours and one of theirs, of arrays of the same dtype and width.
+pub(super) fn apart(
+    (ours, row): (&Array, usize),
+    (theirs, other): (&Array, usize),
+    measure: Measure,
+) -> Apart {
     let (a, b) = (values(ours, row), values(theirs, other));
     let same_bits = match (&ours.numbers, &theirs.numbers) {
         (Numbers::F32(x), Numbers::F32(y)) => {
@@ -31,13 +36,18 @@ pub(super) fn apart(ours: &Array, row: usize, theirs: &Array, other: usize) -> A
         (Numbers::U32(x), Numbers::U32(y)) => of_row(ours, x, row) == of_row(theirs, y, other),
         _ => false,
     };
-    let whole = matches!(ours.numbers, Numbers::U32(_)) && a.len() == 1;
+    let whole = matches!(measure, Measure::Same | Measure::Choice);
+    let least = if measure == Measure::Fraction {
+        1.0
+    } else {
+        0.0
+    };
     Apart {
         same_bits,
         ulp: match (same_bits, whole) {
             (true, _) => 0.0,
             (false, true) => f64::INFINITY,
-            (false, false) => distance(&a, &b),
+            (false, false) => distance(&a, &b, least),
         },
     }
 }
@@ -91,10 +101,9 @@ fn exact(words: &[u32]) -> impl Iterator<Item = i128> {
     })
 }
 
-fn distance(ours: &[f64], theirs: &[f64]) -> f64 {
-    let greatest = ours
-        .iter()
-        .fold(0.0_f64, |greatest, x| greatest.max(x.abs()));
+/// In units of the greatest of ours, or of `least` if that is more.
+fn distance(ours: &[f64], theirs: &[f64], least: f64) -> f64 {
+    let greatest = ours.iter().fold(least, |greatest, x| greatest.max(x.abs()));
     let apart = ours
         .iter()
         .zip(theirs)
@@ -136,11 +145,11 @@ mod tests {
         for x in [1.0_f32, 1.5, 3.0e-41, 7.0e30, -2.5] {
             let next = f32::from_bits(x.to_bits() + 1);
             let [a, b] = [x, next].map(|x| array(Numbers::F32(vec![x]), &[1]));
-            assert_eq!(apart(&a, 0, &b, 0).ulp, 1.0, "{x}");
+            assert_eq!(apart((&a, 0), (&b, 0), Measure::Value).ulp, 1.0, "{x}");
         }
         let a = array(Numbers::F32(vec![0.0, 1.0, 1e-9]), &[1, 3]);
         let b = array(Numbers::F32(vec![f32::EPSILON, 1.0, 0.0]), &[1, 3]);
-        let found = apart(&a, 0, &b, 0);
+        let found = apart((&a, 0), (&b, 0), Measure::Value);
         assert!(!found.same_bits && found.ulp == 1.0, "{found:?}");
     }
 
@@ -148,7 +157,7 @@ mod tests {
     fn what_is_not_finite_is_infinitely_far_from_what_is() {
         let found = |a: f32, b: f32| {
             let [a, b] = [a, b].map(|x| array(Numbers::F32(vec![x]), &[1]));
-            apart(&a, 0, &b, 0)
+            apart((&a, 0), (&b, 0), Measure::Value)
         };
         assert_eq!(found(f32::INFINITY, f32::INFINITY).ulp, 0.0);
         assert_eq!(found(1.0, f32::NAN).ulp, f64::INFINITY);
@@ -164,7 +173,7 @@ mod tests {
             let sum = [low, 0, 5, 0];
             array(Numbers::U32([sum; 3].concat()), &[1, 3, 4])
         };
-        assert!(apart(&words(1), 0, &words(2), 0).ulp < 1e-10);
+        assert!(apart((&words(1), 0), (&words(2), 0), Measure::Value).ulp < 1e-10);
         assert_eq!(
             shown(&words(0), 0).matches("92233720368547758080").count(),
             3
