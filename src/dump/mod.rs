@@ -29,7 +29,7 @@ use table::Table;
 pub const MOST_PATHS: u64 = 1 << 20;
 
 /// The most bytes of records of a dump.
-const MOST_BYTES: usize = 1 << 30;
+const MOST_BYTES: usize = 1 << 28;
 
 /// Columns of the waves that are traced for it. No bit depends on them.
 const WAVE_COLUMNS: usize = 64;
