@@ -2,7 +2,7 @@
 //! hardware can be held to.
 //!
 //! [`trace`] makes a [`Dump`], [`folder::write`] makes a folder of it: `.npy` arrays, a field each, and a
-//! [`manifest`]. [`check`](mod@check) compares such folders: for each field there is a [budget](budget) of units in the last
+//! [`manifest`]. [`check`](mod@check) compares such folders: for each field there is a [`budget`] of units in the last
 //! place. [`text`] tells the paths of one pixel.
 
 pub mod budget;
