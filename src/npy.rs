@@ -158,19 +158,25 @@ impl Layout {
 }
 
 impl Array {
+    /// Its shape as NumPy writes it: `(5, 3)`, `(5,)`.
+    pub fn sides(&self) -> String {
+        match &self.shape[..] {
+            [one] => format!("({one},)"),
+            all => {
+                let all: Vec<String> = all.iter().map(usize::to_string).collect();
+                format!("({})", all.join(", "))
+            }
+        }
+    }
+
     /// Writes it as a file of format 1.0.
     ///
     /// # Errors
     /// What the file says.
     pub fn write(&self, file: &mut impl Write) -> io::Result<()> {
-        let sides: String = self.shape.iter().map(|side| format!("{side}, ")).collect();
-        let sides = match self.shape.len() {
-            1 => sides.trim_end(),
-            _ => sides.trim_end_matches(", "),
-        };
+        let sides = self.sides();
         let dtype = self.numbers.dtype();
-        let header =
-            format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': ({sides}), }}");
+        let header = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': {sides}, }}");
         // Everything before the numbers is a multiple of 64 bytes long and ends in a new line.
         let before = MAGIC.len() + 4;
         let length = (before + header.len() + 1).next_multiple_of(64) - before;

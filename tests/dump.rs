@@ -19,22 +19,17 @@ use ondine::scene::description::Description;
 use std::ops::Range;
 use std::path::Path;
 
-pub fn region(text: &str) -> Region {
+fn region(text: &str) -> Region {
     text.parse().expect("a region")
 }
 
-pub fn traced(
-    description: &Description,
-    settings: &Settings,
-    tile: &str,
-    samples: Range<u32>,
-) -> Dump {
+fn traced(description: &Description, settings: &Settings, tile: &str, samples: Range<u32>) -> Dump {
     let dump = trace(description, settings, region(tile), samples);
     dump.unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// As `ondine dump` writes it.
-pub fn write(dump: &Dump, description: &Description, settings: &Settings, path: &Path) {
+fn write(dump: &Dump, description: &Description, settings: &Settings, path: &Path) {
     let (manifest, files) = Manifest::new(dump, description, settings, "test");
     let scene = SceneIds::of(description);
     folder::write(path, &manifest, &scene, &files).unwrap_or_else(|error| panic!("{error}"));

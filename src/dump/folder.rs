@@ -40,10 +40,10 @@ pub fn write(
     replace(folder, files.iter().chain(&texts)).map_err(cannot_write)
 }
 
-/// Makes sure that [`write`] may write there.
+/// Makes sure that [`write()`] may write there.
 ///
 /// # Errors
-/// As [`write`], but for those that only writing shows.
+/// As [`write()`], but for those that only writing shows.
 pub fn check(folder: &Path) -> Result<()> {
     let refuse = |what: &str| {
         let folder = folder.display();

@@ -2,7 +2,7 @@
 //! hardware can be held to.
 //!
 //! [`trace`] makes a [`Dump`], [`folder::write`] makes a folder of it: `.npy` arrays, a field each, and a
-//! [`manifest`]. [`check`](mod@check) compares such folders: for each field there is a [budget](budget) of units in the last
+//! [`manifest`]. [`check`](mod@check) compares such folders: for each field there is a [`budget`] of units in the last
 //! place. [`text`] tells the paths of one pixel.
 
 pub mod budget;
@@ -29,7 +29,7 @@ use table::Table;
 pub const MOST_PATHS: u64 = 1 << 20;
 
 /// The most bytes of records of a dump.
-const MOST_BYTES: usize = 1 << 30;
+const MOST_BYTES: usize = 1 << 28;
 
 /// Columns of the waves that are traced for it. No bit depends on them.
 const WAVE_COLUMNS: usize = 64;

@@ -20,9 +20,10 @@ pub fn text(dump: &Dump, description: &Description) -> String {
     }
     for (x, y) in dump.tile.coordinates() {
         let (count, mean) = (dump.film.count(x, y), dump.film.mean(x, y));
+        let of = if count == 1 { "sample" } else { "samples" };
         line(
             &mut text,
-            format_args!("pixel {x},{y}: mean of {count} samples {}", triple(&mean)),
+            format_args!("pixel {x},{y}: mean of {count} {of} {}", triple(&mean)),
         );
     }
     text
@@ -142,7 +143,11 @@ fn light(description: &Description, id: u32) -> String {
 }
 
 fn triple(numbers: &[f32]) -> String {
-    let all: Vec<String> = numbers.iter().map(f32::to_string).collect();
+    let number = |&x: &f32| match x.abs() {
+        small if small > 0.0 && small < 1e-4 => format!("{x:e}"),
+        _ => x.to_string(),
+    };
+    let all: Vec<String> = numbers.iter().map(number).collect();
     format!("({})", all.join(", "))
 }
 

@@ -21,10 +21,10 @@ use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 Examples:
-  ondine dump cornell --tile 120,96 --out golden         each queue after each stage, of 16x16 pixels and 16 samples
-  ondine dump cornell --pixel 128,100 --samples 3..4     one path, vertex by vertex
-  ondine dump --check golden of-my-port                  the first stage, edge and path that differ, and by how many ulp
-  ondine dump --vectors vectors                          inputs and outputs of samplers, warps, materials, shapes
+  ondine dump cornell --tile 120,96 --out golden       16x16 pixels, 16 samples of each
+  ondine dump cornell --pixel 128,100 --samples 3..4   one path, vertex by vertex
+  ondine dump --check golden port                      what differs first, and by how much
+  ondine dump --vectors vectors                        functions, one by one
 
 Exit codes of --check: 0 within the budgets, 1 different, 2 cannot be compared.";
 

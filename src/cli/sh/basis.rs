@@ -165,16 +165,14 @@ fn read(path: &Path) -> Result<Vec<[f32; 3]>> {
 /// Rows of three numbers, in 32 or 64 bits; 64 are rounded to 32.
 fn rows_of_three(path: &Path) -> Result<Vec<[f32; 3]>> {
     let remedy = "write it with numpy.save, as an array of shape [n, 3] and dtype float32";
-    let Array { shape, numbers } = npy::read(path, remedy)?;
-    let numbers = match numbers {
-        Numbers::F32(numbers) if shape.len() == 2 && shape[1] == 3 => numbers,
-        Numbers::F64(numbers) if shape.len() == 2 && shape[1] == 3 => {
-            numbers.into_iter().map(|number| number as f32).collect()
-        }
-        other => {
-            let sides: Vec<String> = shape.iter().map(usize::to_string).collect();
-            let (dtype, sides) = (other.dtype(), sides.join(", "));
-            let what = format!("holds numbers of dtype {dtype} in shape ({sides})");
+    let array = npy::read(path, remedy)?;
+    let three = array.shape.len() == 2 && array.shape[1] == 3;
+    let numbers = match array.numbers {
+        Numbers::F32(numbers) if three => numbers,
+        Numbers::F64(numbers) if three => numbers.into_iter().map(|x| x as f32).collect(),
+        _ => {
+            let (dtype, sides) = (array.numbers.dtype(), array.sides());
+            let what = format!("holds numbers of dtype {dtype} in shape {sides}");
             return Err(Error::format(path, format!("{what}; {remedy}")));
         }
     };

@@ -198,8 +198,9 @@ impl Theirs {
             }
             if array.shape.len() != field.shape.len() || array.shape[1..] != field.shape[1..] {
                 return wrong(format!(
-                    "has the shape {:?}, not {:?}",
-                    array.shape, field.shape
+                    "has the shape {}, not {:?}",
+                    array.sides(),
+                    field.shape
                 ));
             }
             let expected = match &path {
@@ -237,9 +238,9 @@ fn by_path(array: &Array, paths: usize) -> std::result::Result<BTreeMap<usize, u
         Numbers::U32(numbers) if array.shape.len() == 1 => numbers,
         other => {
             return Err(format!(
-                "paths are of dtype {} and shape {:?}, not <u4 and (n,)",
+                "paths are of dtype {} and shape {}, not <u4 and (n,)",
                 other.dtype(),
-                array.shape
+                array.sides()
             ));
         }
     };

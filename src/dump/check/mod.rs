@@ -2,7 +2,7 @@
 //!
 //! Queues are compared in the order in which they are filled, by path. A path *parts* from ours where it met or chose
 //! something else (it is missing from a queue or is in another one, an id differs), or a value is beyond its
-//! [budget](super::budget). What follows on it is no difference of its own, and is left out. A few paths of a right port part;
+//! [`budget`]. What follows on it is no difference of its own, and is left out. A few paths of a right port part;
 //! where more do than may, the queue and the field by which they became too many are named.
 
 mod load;
