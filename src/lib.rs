@@ -149,10 +149,12 @@
 pub mod bvh;
 pub mod cli;
 pub mod compare;
+pub mod dump;
 pub mod error;
 pub mod film;
 pub mod lanes;
 pub mod material;
+pub mod npy;
 pub mod render;
 pub mod sampling;
 pub mod scene;

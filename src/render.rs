@@ -89,14 +89,16 @@ impl Settings {
         self.aovs.up_to(self.path_length)
     }
 
-    fn random_numbers(&self) -> Sampler {
+    /// Where random numbers come from.
+    pub(crate) fn random_numbers(&self) -> Sampler {
         match self.sampler {
             SamplerKind::Pcg => Sampler::pcg(self.seed, self.path_length),
             SamplerKind::Sobol => Sampler::sobol(self.seed, self.path_length),
         }
     }
 
-    fn context<'a>(
+    /// What the stages read.
+    pub(crate) fn context<'a>(
         &self,
         scene: &'a Scene,
         sensor: Sensor<'a>,
@@ -279,7 +281,11 @@ pub fn workers(threads: usize) -> Result<rayon::ThreadPool> {
         })
 }
 
-fn find_camera(description: &Description, settings: &Settings) -> Result<Camera> {
+/// The camera that the settings ask for.
+///
+/// # Errors
+/// [`Error::Usage`] where the scene has none of that name.
+pub(crate) fn find_camera(description: &Description, settings: &Settings) -> Result<Camera> {
     let cameras = &description.cameras;
     let named = match &settings.camera {
         None => cameras.first(),

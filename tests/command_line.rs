@@ -7,6 +7,7 @@ mod small_disk;
 mod command_line {
     mod comparison;
     mod comparison_page;
+    mod dump;
     mod environments;
     mod harmonics;
     mod information;

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 /// Rooms and their floors. `record!` is exported at the root, from the lanes.
-const FLOORS: [(&str, u32); 18] = [
+const FLOORS: [(&str, u32); 20] = [
     ("lanes", 0),
     ("record", 0),
     ("error", 0),
     ("sampling", 1),
     ("sh", 1),
     ("texture", 1),
+    ("npy", 1),
     ("shape", 2),
     ("bvh", 2),
     ("material", 2),
@@ -19,14 +20,16 @@ const FLOORS: [(&str, u32); 18] = [
     ("wavefront", 4),
     ("render", 5),
     ("stats", 5),
+    ("dump", 5),
     ("cli", 6),
     ("main", 6),
     ("lib", 7),
 ];
 
 /// Arrows between rooms of one floor that are meant.
-const LEVEL: [(&str, &str); 4] = [
+const LEVEL: [(&str, &str); 5] = [
     ("render", "stats"),
+    ("dump", "render"),
     ("main", "cli"),
     // A macro of the lanes that names its own room from outside.
     ("record", "lanes"),
@@ -36,8 +39,8 @@ const LEVEL: [(&str, &str); 4] = [
 /// Where the stages of the wave meet.
 const MEETING_PLACE: &str = "queues";
 
-/// Not stages: what the loop keeps count with.
-const NO_STAGES: [&str; 2] = [MEETING_PLACE, "tally"];
+/// Not stages: what the loop keeps count with, and who looks on.
+const NO_STAGES: [&str; 3] = [MEETING_PLACE, "tally", "observe"];
 
 fn floor(room: &str) -> Option<u32> {
     FLOORS

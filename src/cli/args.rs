@@ -1,6 +1,6 @@
 //! Raw arguments: what can be typed. What it means together is for the commands to check.
 
-use super::{compare, sh};
+use super::{compare, dump, sh};
 use crate::bvh::Quality;
 use crate::film::tonemap::Operator;
 use crate::film::{AovSet, Region};
@@ -62,6 +62,8 @@ pub(super) enum Command {
     Sh(sh::Command),
     /// List the built-in scenes, or print one as a scene file
     Scenes(ScenesArgs),
+    /// Write what passes between the stages, for a port to be held to
+    Dump(Box<dump::DumpArgs>),
 }
 
 /// Render a scene to an OpenEXR image and a PNG
@@ -75,10 +77,8 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", help_heading = "Image",
           allow_negative_numbers = true, value_parser = whole::<u32>)]
     pub spp: Option<u32>,
-    /// Width and height in pixels [default: the scene's]
-    #[arg(long, value_name = "WxH", help_heading = "Image",
-          allow_hyphen_values = true, value_parser = size)]
-    pub size: Option<(u32, u32)>,
+    #[command(flatten)]
+    pub settings: SettingsArgs,
     /// Render only these pixels of the image; x1,y1 lies past the last
     #[arg(
         long,
@@ -87,28 +87,6 @@ pub(super) struct RenderArgs {
         allow_hyphen_values = true
     )]
     pub crop: Option<Region>,
-    /// The camera, by its name in the scene [default: the scene's first]
-    #[arg(long, value_name = "NAME", help_heading = "Image")]
-    pub camera: Option<String>,
-    /// Seed of the random numbers [default: the scene's, or 0]
-    #[arg(long, value_name = "N", help_heading = "Image",
-          allow_negative_numbers = true, value_parser = whole::<u64>)]
-    pub seed: Option<u64>,
-
-    /// Greatest number of edges of a path: 1 sees lights only, 2 is direct light [default: the scene's, or 5]
-    #[arg(long, value_name = "N", help_heading = "Light transport",
-          allow_negative_numbers = true, value_parser = whole::<u32>)]
-    pub path_length: Option<u32>,
-    /// How light is looked for [default: the scene's, or mis]
-    #[arg(long, help_heading = "Light transport", value_parser = choice::<Strategy>(&["uniform", "cosine", "light", "mis"]))]
-    pub strategy: Option<Strategy>,
-    /// Where random numbers come from [default: the scene's, or sobol]
-    #[arg(long, help_heading = "Light transport", value_parser = choice::<SamplerKind>(&["pcg", "sobol"]))]
-    pub sampler: Option<SamplerKind>,
-    /// First path edge at which Russian roulette may end a path [default: the scene's, or none]
-    #[arg(long, value_name = "EDGE", help_heading = "Light transport",
-          allow_negative_numbers = true, value_parser = whole::<u32>)]
-    pub roulette: Option<u32>,
 
     /// The image to write [default: SCENE.exr in this folder]; the PNG goes beside it
     #[arg(short, long, value_name = "OUT.exr", help_heading = "Output")]
@@ -149,6 +127,37 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = DEFAULT_WAVE, help_heading = "Running",
           allow_negative_numbers = true, value_parser = whole::<u32>)]
     pub wave: u32,
+}
+
+/// What decides the bits of an image, beside the scene and the samples.
+#[derive(Args, Debug)]
+pub(super) struct SettingsArgs {
+    /// Width and height in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", help_heading = "Image",
+          allow_hyphen_values = true, value_parser = size)]
+    pub size: Option<(u32, u32)>,
+    /// The camera, by its name in the scene [default: the scene's first]
+    #[arg(long, value_name = "NAME", help_heading = "Image")]
+    pub camera: Option<String>,
+    /// Seed of the random numbers [default: the scene's, or 0]
+    #[arg(long, value_name = "N", help_heading = "Image",
+          allow_negative_numbers = true, value_parser = whole::<u64>)]
+    pub seed: Option<u64>,
+
+    /// Greatest number of edges of a path: 1 sees lights only, 2 is direct light [default: the scene's, or 5]
+    #[arg(long, value_name = "N", help_heading = "Light transport",
+          allow_negative_numbers = true, value_parser = whole::<u32>)]
+    pub path_length: Option<u32>,
+    /// How light is looked for [default: the scene's, or mis]
+    #[arg(long, help_heading = "Light transport", value_parser = choice::<Strategy>(&["uniform", "cosine", "light", "mis"]))]
+    pub strategy: Option<Strategy>,
+    /// Where random numbers come from [default: the scene's, or sobol]
+    #[arg(long, help_heading = "Light transport", value_parser = choice::<SamplerKind>(&["pcg", "sobol"]))]
+    pub sampler: Option<SamplerKind>,
+    /// First path edge at which Russian roulette may end a path [default: the scene's, or none]
+    #[arg(long, value_name = "EDGE", help_heading = "Light transport",
+          allow_negative_numbers = true, value_parser = whole::<u32>)]
+    pub roulette: Option<u32>,
 }
 
 /// Show what a scene or an OpenEXR image holds

@@ -1,7 +1,6 @@
 //! What a scene holds.
 
 use crate::error::Result;
-use crate::material::Material;
 use crate::render::Settings;
 use crate::scene::builtin;
 use crate::scene::description::{Description, Environment, Image, Pixels, Punctual, Shape};
@@ -119,7 +118,12 @@ impl SceneInfo {
                 (scene.lights.iter().map(|light| shape(&light.shape)))
                     .chain(scene.punctual.iter().map(punctual)),
             ),
-            materials: count(scene.materials.iter().map(|named| kind(&named.material))),
+            materials: count(
+                scene
+                    .materials
+                    .iter()
+                    .map(|named| named.material.kind().name()),
+            ),
             triangles: instances
                 .clone()
                 .map(|mesh| mesh.triangles.len() as u64)
@@ -233,17 +237,6 @@ fn bytes(image: &Image) -> usize {
 /// `12.3 MiB`.
 fn size(bytes: usize) -> String {
     format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
-}
-
-fn kind(material: &Material) -> &'static str {
-    match material {
-        Material::Lambert { .. } => "lambert",
-        Material::Mirror { .. } => "mirror",
-        Material::Glass { .. } => "glass",
-        Material::Phong { .. } => "phong",
-        Material::Conductor { .. } => "conductor",
-        Material::Principled { .. } => "principled",
-    }
 }
 
 /// With the keys of the scene file.

@@ -4,6 +4,7 @@
 
 mod args;
 mod compare;
+mod dump;
 mod info;
 mod info_image;
 mod info_scene;
@@ -62,6 +63,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
         Command::Rays(args) => rays::run(args),
         Command::Sh(command) => sh::run(command),
         Command::Scenes(args) => scenes::run(args),
+        Command::Dump(args) => dump::run(args),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -1,6 +1,6 @@
 //! `ondine render`: arguments to settings, the render, and what becomes of it.
 
-use super::args::RenderArgs;
+use super::args::{RenderArgs, SettingsArgs};
 use super::outputs::Outputs;
 use super::progress::Progress;
 use super::report::{Report, seconds};
@@ -73,27 +73,36 @@ impl RenderArgs {
     }
 }
 
-/// The scene's settings, with what the arguments change.
-fn settings(args: &RenderArgs, scene: &Description) -> Settings {
-    let mut settings = Settings::of(scene);
-    if let Some((width, height)) = args.size {
-        settings.set_size(width, height);
+impl SettingsArgs {
+    /// The scene's settings, with what these arguments change.
+    pub fn of(&self, scene: &Description) -> Settings {
+        let mut settings = Settings::of(scene);
+        if let Some((width, height)) = self.size {
+            settings.set_size(width, height);
+        }
+        Settings {
+            camera: self.camera.clone(),
+            seed: self.seed.unwrap_or(settings.seed),
+            path_length: self.path_length.unwrap_or(settings.path_length),
+            strategy: self.strategy.unwrap_or(settings.strategy),
+            sampler: self.sampler.unwrap_or(settings.sampler),
+            roulette: self.roulette.or(settings.roulette),
+            ..settings
+        }
     }
+}
+
+/// The settings of a render.
+fn settings(args: &RenderArgs, scene: &Description) -> Settings {
+    let mut settings = args.settings.of(scene);
     if let Some(region) = args.crop {
         settings.region = region;
     }
     if !args.asks_spp() {
         settings.spp = MAX_SAMPLES;
     }
-    let or = |asked: Option<u32>, scene: u32| asked.unwrap_or(scene);
     Settings {
-        camera: args.camera.clone(),
-        spp: or(args.spp, settings.spp),
-        path_length: or(args.path_length, settings.path_length),
-        strategy: args.strategy.unwrap_or(settings.strategy),
-        sampler: args.sampler.unwrap_or(settings.sampler),
-        seed: args.seed.unwrap_or(settings.seed),
-        roulette: args.roulette.or(settings.roulette),
+        spp: args.spp.unwrap_or(settings.spp),
         aovs: args.aov.unwrap_or(settings.aovs),
         threads: args.threads.or(settings.threads),
         wave: args.wave,

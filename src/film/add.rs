@@ -16,10 +16,14 @@ pub struct Layers<'a> {
 }
 
 /// What a block of samples of one pixel adds up to, in `f64`.
-struct BlockSum {
-    kept: u32,
-    sum: f64x4,
-    square: f64x4,
+#[derive(Clone, Copy, Debug)]
+pub struct BlockSum {
+    /// Samples that are in it.
+    pub kept: u32,
+    /// RGB; the fourth number means nothing.
+    pub sum: f64x4,
+    /// RGB likewise, of squares.
+    pub square: f64x4,
 }
 
 impl Film {
@@ -193,6 +197,12 @@ impl BlockSum {
 #[inline(always)]
 fn widen([r, g, b, padding]: [f32; 4]) -> f64x4 {
     f64x4::new([r.into(), g.into(), b.into(), padding.into()])
+}
+
+/// Sums the samples of a pixel, at most [`BLOCK`], in their order, less those that are kept out. The fourth number of each is
+/// not looked at.
+pub fn block_sum(samples: &[[f32; 4]]) -> BlockSum {
+    sum_block(samples)
 }
 
 /// Sums in the order of the samples; as if none were to be kept out, as almost always, and again if one was.

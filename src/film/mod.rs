@@ -18,7 +18,7 @@ mod raster;
 mod region;
 mod whole_file;
 
-pub use add::Layers;
+pub use add::{BlockSum, Layers, block_sum};
 pub use aov::{AovSample, AovSet};
 pub use describe::{Channel, ExrDescription, Part, describe};
 pub use exact::MAX_SAMPLES;

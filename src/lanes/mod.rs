@@ -4,12 +4,14 @@
 //! Only operations that IEEE 754 rounds exactly are used (no `rcp`, no `rsqrt`: they differ from one maker of
 //! processors to the next), and fused multiply-adds are always written out, so a lane's bits do not depend on the machine.
 
+mod fields;
 mod math;
 mod queue;
 mod rgb;
 mod table;
 mod vec3;
 
+pub use fields::*;
 pub use math::*;
 pub use queue::*;
 pub use rgb::*;

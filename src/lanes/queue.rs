@@ -120,12 +120,12 @@ macro_rules! record {
     (
         $(#[$doc:meta])*
         pub struct $one:ident, $eight:ident {
-            $( $(#[$field_doc:meta])* $field:ident : $type:ty ),+ $(,)?
+            $( $(#[doc = $field_doc:literal])* $field:ident : $type:ty ),+ $(,)?
         }
     ) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, Default)]
-        pub struct $one { $( $(#[$field_doc])* pub $field: $type ),+ }
+        pub struct $one { $( $(#[doc = $field_doc])* pub $field: $type ),+ }
 
         $(#[$doc])*
         ///
@@ -133,7 +133,7 @@ macro_rules! record {
         #[derive(Clone, Copy, Debug, Default)]
         #[repr(C)]
         pub struct $eight {
-            $( $(#[$field_doc])* pub $field: <$type as $crate::lanes::Lane>::Wide ),+
+            $( $(#[doc = $field_doc])* pub $field: <$type as $crate::lanes::Lane>::Wide ),+
         }
 
         impl $crate::lanes::Shuffle for $eight {
@@ -156,6 +156,19 @@ macro_rules! record {
             #[inline]
             fn set(self, wide: &mut $eight, lane: usize) {
                 $crate::lanes::Batch::set_lane(wide, lane, self);
+            }
+        }
+
+        impl $crate::lanes::Fields for $one {
+            fn fields(_: &'static str, _: &'static str, all: &mut Vec<$crate::lanes::Field>) {
+                $( <$type as $crate::lanes::Fields>::fields(
+                    stringify!($field),
+                    concat!($($field_doc),*),
+                    all,
+                ); )+
+            }
+            fn words(&self, all: &mut Vec<u32>) {
+                $( $crate::lanes::Fields::words(&self.$field, all); )+
             }
         }
 

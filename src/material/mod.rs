@@ -93,6 +93,18 @@ impl Kind {
         Kind::Principled,
     ];
 
+    /// Its name, as in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Kind::Lambert => "lambert",
+            Kind::Mirror => "mirror",
+            Kind::Glass => "glass",
+            Kind::Phong => "phong",
+            Kind::Conductor => "conductor",
+            Kind::Principled => "principled",
+        }
+    }
+
     /// [`Bsdf::TRANSMISSIVE`] of its BSDF.
     pub fn transmits(self) -> bool {
         match self {

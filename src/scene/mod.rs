@@ -96,9 +96,7 @@ impl Scene {
     pub fn compile_with(description: &Description, quality: Quality) -> Self {
         let (sources, placed) = meshes::place(description);
         let (meshes, mut light_ids) = Meshes::compile(description, sources, placed, quality);
-        let primitives: Vec<Primitive> = primitives(description)
-            .filter(|primitive| !meshes::is_mesh(description, primitive))
-            .collect();
+        let primitives: Vec<Primitive> = numbered_primitives(description).collect();
         let shapes: Vec<Shape> = primitives.iter().map(|primitive| primitive.0).collect();
 
         let sky = description.environment.as_ref().map(Sky::compile);
@@ -235,7 +233,12 @@ impl Scene {
 }
 
 /// A shape, its material and its light.
-type Primitive = (Shape, Option<usize>, Option<usize>);
+pub type Primitive = (Shape, Option<usize>, Option<usize>);
+
+/// The spheres and quads, by id; what is made of triangles has ids from [`meshes::TRIANGLE`] up.
+pub fn numbered_primitives(description: &Description) -> impl Iterator<Item = Primitive> {
+    primitives(description).filter(|primitive| !meshes::is_mesh(description, primitive))
+}
 
 /// Everything that has a shape: objects, then lights.
 fn primitives(description: &Description) -> impl Iterator<Item = Primitive> {

@@ -1,7 +1,7 @@
 //! Stage 5: light reaches its paths. A path's contributions arrive in the order of its edges, whatever the wave.
 
 use super::Context;
-use super::queues::{EncounterX8, MeshEncounterX8, ShadowRayX8, Surface, VertexX8};
+use super::queues::{ArrivalX8, EncounterX8, MeshEncounterX8, ShadowRayX8, Surface, VertexX8};
 use crate::lanes::{Queue, Rgbx8, f32x8, u32x8};
 use crate::sampling::mis;
 use crate::scene::NONE;
@@ -12,7 +12,7 @@ use wide::f32x4;
 #[inline(never)]
 pub fn encounters(ctx: &Context, encounters: &Queue<EncounterX8>, radiance: &mut [[f32; 4]]) {
     for (live, encounter) in encounters.batches() {
-        let light = carried(ctx, encounter);
+        let light = arrival(ctx, encounter).contribution;
         add(live, encounter.path, light, radiance);
     }
 }
@@ -24,25 +24,9 @@ pub fn mesh_encounters(
     encounters: &Queue<MeshEncounterX8>,
     radiance: &mut [[f32; 4]],
 ) {
-    for (
-        live,
-        MeshEncounterX8 {
-            encounter,
-            ng,
-            u,
-            v,
-        },
-    ) in encounters.batches()
-    {
-        let (emitted, light_pdf) = ctx.scene.lights.emitted_by_mesh(
-            encounter.light,
-            encounter.direction,
-            encounter.distance,
-            *ng,
-            (*u, *v),
-        );
-        let light = weighed(ctx, encounter, emitted, light_pdf);
-        add(live, encounter.path, light, radiance);
+    for (live, met) in encounters.batches() {
+        let light = mesh_arrival(ctx, met).contribution;
+        add(live, met.encounter.path, light, radiance);
     }
 }
 
@@ -68,7 +52,7 @@ pub fn shadowed(
     shadow_rays: &mut Queue<ShadowRayX8>,
 ) {
     for (live, encounter) in encounters.batches() {
-        let contribution = carried(ctx, encounter);
+        let contribution = arrival(ctx, encounter).contribution;
         shadow_rays.push(
             live & contribution.max_magnitude().simd_gt(f32x8::ZERO),
             &ShadowRayX8 {
@@ -94,9 +78,9 @@ pub fn visible(shadow_rays: &Queue<ShadowRayX8>, visible: &[u8], radiance: &mut 
     }
 }
 
-/// Emitted radiance × throughput × the strategy's weight.
+/// The light that rays met by themselves, term by term.
 #[inline]
-fn carried(ctx: &Context, encounter: &EncounterX8) -> Rgbx8 {
+pub fn arrival(ctx: &Context, encounter: &EncounterX8) -> ArrivalX8 {
     let scene = ctx.scene;
     let (mut emitted, mut light_pdf) = scene.lights.emitted(
         encounter.light,
@@ -115,9 +99,23 @@ fn carried(ctx: &Context, encounter: &EncounterX8) -> Rgbx8 {
     weighed(ctx, encounter, emitted, light_pdf)
 }
 
-/// The same, for light that next-event estimation finds with a given density.
+/// The same, met on meshes.
+#[inline]
+pub fn mesh_arrival(ctx: &Context, met: &MeshEncounterX8) -> ArrivalX8 {
+    let encounter = &met.encounter;
+    let (emitted, light_pdf) = ctx.scene.lights.emitted_by_mesh(
+        encounter.light,
+        encounter.direction,
+        encounter.distance,
+        met.ng,
+        (met.u, met.v),
+    );
+    weighed(ctx, encounter, emitted, light_pdf)
+}
+
+/// What reaches the camera of light that next-event estimation finds with a given density.
 #[inline(always)]
-fn weighed(ctx: &Context, encounter: &EncounterX8, emitted: Rgbx8, light_pdf: f32x8) -> Rgbx8 {
+fn weighed(ctx: &Context, encounter: &EncounterX8, emitted: Rgbx8, light_pdf: f32x8) -> ArrivalX8 {
     let weight = match ctx.strategy {
         Strategy::Uniform | Strategy::Cosine => f32x8::ONE,
         // Light sampling could not have found it from the camera or a specular vertex.
@@ -125,7 +123,13 @@ fn weighed(ctx: &Context, encounter: &EncounterX8, emitted: Rgbx8, light_pdf: f3
         // 0 for a discrete choice, whose density is +∞.
         Strategy::Mis => mis::power_heuristic(light_pdf / encounter.pdf),
     };
-    encounter.throughput * emitted * weight
+    ArrivalX8 {
+        emitted,
+        light_pdf,
+        weight,
+        contribution: encounter.throughput * emitted * weight,
+        path: encounter.path,
+    }
 }
 
 /// Adds each lane that is on to its path. The others add 0 to whatever path they hold, which changes no bit of it.

@@ -4,6 +4,7 @@ pub mod accumulate;
 pub mod generate;
 pub mod intersect;
 pub mod nee;
+pub mod observe;
 pub mod queues;
 pub mod shade;
 mod tally;
@@ -18,6 +19,7 @@ use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::scene::description::Strategy;
 use crate::scene::sensor::Sensor;
+use observe::{Observer, Step};
 use queues::VertexX8;
 
 /// What every stage reads and none writes.
@@ -80,9 +82,23 @@ impl Wave {
 /// # Panics
 /// When the wave has more paths than the workspace has room for.
 pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
+    trace_observed(ctx, wave, ws, &mut ());
+}
+
+/// The same, while somebody looks on.
+///
+/// # Panics
+/// As [`trace`].
+pub fn trace_observed(
+    ctx: &Context,
+    wave: &Wave,
+    ws: &mut Workspace,
+    observer: &mut impl Observer,
+) {
     ws.start(wave.paths());
     generate::rays(ctx, wave, &mut ws.rays);
     ws.tally.end(Stage::Generate, ws.rays.len());
+    observer.see(ctx, 1, Step::Generated, ws);
     if ctx.aovs.has_first_hits() {
         match ctx.scene.meshes.as_ref() {
             Some(meshes) => intersect::meshes::first_hits(ctx, meshes, ws),
@@ -107,6 +123,7 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
             meet(ctx, last, ws);
         }
         ws.tally.end(Stage::Intersect, alive);
+        observer.see(ctx, edge, Step::Met { only_lights }, ws);
         ws.next_rays.clear();
         ws.shadow_rays.clear();
 
@@ -120,6 +137,7 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
         }
         let encounters = ws.encounters.len() + ws.mesh_encounters.len();
         ws.tally.end(Stage::Accumulate, encounters);
+        observer.see(ctx, edge, Step::AddedEncounters, ws);
 
         if edge < ctx.path_length {
             for kind in Kind::ALL {
@@ -134,6 +152,7 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
             }
         }
 
+        observer.see(ctx, edge, Step::Scattered, ws);
         let shadows = ws.shadow_rays.len();
         intersect::visible(ctx.scene, &ws.shadow_rays, &mut ws.visible);
         if let Some(meshes) = meshes {
@@ -146,6 +165,7 @@ pub fn trace(ctx: &Context, wave: &Wave, ws: &mut Workspace) {
         }
         ws.tally.end(Stage::Accumulate, shadows);
         ws.tally.shadows(shadows);
+        observer.see(ctx, edge, Step::AddedShadowRays, ws);
         ws.swap_rays();
     }
 }

@@ -156,6 +156,22 @@ record! {
 }
 
 record! {
+    /// The light of an encounter, term by term.
+    pub struct Arrival, ArrivalX8 {
+        /// Radiance that leaves the light towards the path.
+        emitted: Rgb,
+        /// Density with which light sampling would have drawn this point, per steradian, choice of the light included.
+        light_pdf: f32,
+        /// What the strategy gives to light that is met.
+        weight: f32,
+        /// Radiance that reaches the camera: throughput × emitted × weight.
+        contribution: Rgb,
+        /// As in [`PathRay`].
+        path: u32,
+    }
+}
+
+record! {
     /// A ray to a light, with what it carries if nothing is between.
     pub struct ShadowRay, ShadowRayX8 {
         /// World space, already off the surface.

@@ -117,7 +117,7 @@ fn directions_that_are_none_are_refused_with_their_row() {
         ("<f4", "(18446744073709551615, 3)", "ends in row 4"),
         ("<f4", "(5, 3)", "ends in row 4 of 5"),
         ("<f8", "(4, 3)", "ends in row 2 of 4"),
-        ("<f4", "(0, 3)", "no directions"),
+        ("<f4", "(3, 3)", "goes on after its last number"),
         ("é", "é", "holds"),
         (&"(".repeat(3000), "(4, 3)", "numpy.save"),
         (&" ".repeat(6000), "(4, 3)", "header of"),
@@ -125,6 +125,8 @@ fn directions_that_are_none_are_refused_with_their_row() {
         write(dtype, shape, &good);
         refuses(&folder, line, &["d.npy: ", words]);
     }
+    write("<f4", "(0, 3)", &[]);
+    refuses(&folder, line, &["d.npy: holds no directions"]);
     let path = folder.path().join("d.npy");
     for file in [
         &b""[..],

@@ -3,6 +3,7 @@
 use crate::render::*;
 use crate::{add, add_light, ball, empty, sheet};
 use glam::{Affine2, Affine3A, Quat, Vec3};
+use ondine::dump::table::Table;
 use ondine::film::{AovSet, Film, Region};
 use ondine::lanes::Rgb;
 use ondine::material::Material;
@@ -182,6 +183,25 @@ fn an_image_of_meshes_depends_on_no_thread_wave_crop_or_layer() {
         let aovs: AovSet = "albedo,normal,depth,bounces".parse().expect("layers");
         let layers = Settings { aovs, ..base };
         assert_eq!(film(&description, &layers).image_hash(), hash);
+    }
+}
+
+#[test]
+fn a_dump_of_meshes_adds_up_to_the_very_pixels_of_the_render() {
+    let description = everything();
+    let region: Region = "7,3,30,12".parse().expect("a region");
+    for strategy in STRATEGIES {
+        let settings = Settings {
+            strategy,
+            region,
+            roulette: Some(3),
+            ..settings(&description, (45, 29), 19)
+        };
+        let dump = ondine::dump::trace(&description, &settings, region, 0..19).expect("a dump");
+        let film = film(&description, &settings);
+        assert_eq!(dump.film.image_hash(), film.image_hash(), "{strategy}");
+        let on_meshes = |table: &&Table| table.queue.starts_with("mesh_") && !table.is_empty();
+        assert!(dump.tables.iter().filter(on_meshes).count() > 10);
     }
 }
 

@@ -6,9 +6,10 @@ use super::super::memory;
 use super::super::outputs;
 use super::super::progress::metric;
 use super::super::report::counted;
-use super::{bands, npy};
+use super::bands;
 use crate::error::{Error, Result};
 use crate::film::write_whole;
+use crate::npy::{self, Array, Numbers};
 use crate::render::{all_processors, workers};
 use crate::sh::{Basis, coefficients};
 use clap::Args;
@@ -93,7 +94,11 @@ pub(super) fn run(args: &BasisArgs) -> Result<Outcome> {
     times.sort_by(f64::total_cmp);
 
     if let Some(path) = &args.output {
-        write_whole(path, |file| npy::write_table(file, row, &values))?;
+        let table = Array {
+            shape: vec![directions.len(), row],
+            numbers: Numbers::F32(values),
+        };
+        write_whole(path, |file| table.write(file))?;
     }
     let rate = |seconds: f64| directions.len() as f64 / seconds;
     let report = BasisReport {
@@ -138,7 +143,7 @@ impl BasisReport {
 
 /// The directions of a file; those that are nearly of unit length are made so.
 fn read(path: &Path) -> Result<Vec<[f32; 3]>> {
-    let mut directions = npy::read_rows_of_three(path)?;
+    let mut directions = rows_of_three(path)?;
     if directions.is_empty() {
         return Err(Error::format(path, "holds no directions"));
     }
@@ -155,4 +160,21 @@ fn read(path: &Path) -> Result<Vec<[f32; 3]>> {
         *direction = direction.map(|c| (f64::from(c) / length) as f32);
     }
     Ok(directions)
+}
+
+/// Rows of three numbers, in 32 or 64 bits; 64 are rounded to 32.
+fn rows_of_three(path: &Path) -> Result<Vec<[f32; 3]>> {
+    let remedy = "write it with numpy.save, as an array of shape [n, 3] and dtype float32";
+    let array = npy::read(path, remedy)?;
+    let three = array.shape.len() == 2 && array.shape[1] == 3;
+    let numbers = match array.numbers {
+        Numbers::F32(numbers) if three => numbers,
+        Numbers::F64(numbers) if three => numbers.into_iter().map(|x| x as f32).collect(),
+        _ => {
+            let (dtype, sides) = (array.numbers.dtype(), array.sides());
+            let what = format!("holds numbers of dtype {dtype} in shape {sides}");
+            return Err(Error::format(path, format!("{what}; {remedy}")));
+        }
+    };
+    Ok(numbers.as_chunks().0.to_vec())
 }

@@ -6,7 +6,6 @@ mod comparison;
 mod draws;
 mod light;
 mod lobe;
-mod npy;
 mod object;
 mod printed;
 mod probe;

@@ -1,0 +1,268 @@
+//! Reads the folders that are compared. What a file says is believed of neither.
+
+use super::super::budget;
+use super::super::manifest::{FILE, FORMAT, Manifest, Queue, SCHEMA, sha256};
+use super::super::table::PATH;
+use crate::error::{Error, Result};
+use crate::npy::{self, Array, Numbers};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+/// A queue's arrays.
+#[derive(Debug, Default)]
+pub(super) struct Records {
+    /// The row of each path; of what has no path, of each row.
+    pub rows: BTreeMap<usize, usize>,
+    arrays: Vec<(String, Array)>,
+}
+
+impl Records {
+    /// That of a field.
+    pub fn array(&self, field: &str) -> Option<&Array> {
+        let found = self.arrays.iter().find(|(name, _)| name == field);
+        found.map(|(_, array)| array)
+    }
+}
+
+/// Our dump.
+#[derive(Debug)]
+pub(super) struct Ours {
+    root: PathBuf,
+    pub manifest: Manifest,
+}
+
+impl Ours {
+    pub fn open(root: &Path) -> Result<Self> {
+        let path = root.join(FILE);
+        let damaged = |what: String| Error::format(&path, format!("{what}; write the dump again"));
+        let Value::Object(members) = read_json(&path)? else {
+            return Err(damaged("is no manifest of a dump".to_owned()));
+        };
+        let (format, schema) = (members.get("format"), members.get("schema"));
+        if format != Some(&FORMAT.into()) || schema != Some(&SCHEMA.into()) {
+            return Err(damaged(format!(
+                "is no manifest of a dump of schema {SCHEMA}"
+            )));
+        }
+        let manifest: Manifest = serde_json::from_value(Value::Object(members))
+            .map_err(|error| damaged(format!("is damaged: {error}")))?;
+        if manifest.pixels_and_samples().is_none() {
+            return Err(damaged(
+                "has not the paths of its tile and samples".to_owned(),
+            ));
+        }
+        for queue in &manifest.queues {
+            let mut files = queue.fields.iter().map(|field| &field.file);
+            let inside = |name: &str| {
+                let parts = Path::new(name).components();
+                parts
+                    .into_iter()
+                    .all(|part| matches!(part, Component::Normal(_)))
+            };
+            if !inside(&queue.folder) || !files.all(|file| inside(file)) {
+                return Err(damaged(format!(
+                    "names a file elsewhere, of {}",
+                    queue.folder
+                )));
+            }
+        }
+        Ok(Self {
+            root: root.to_owned(),
+            manifest,
+        })
+    }
+
+    /// The arrays of a queue, each as the manifest says it is.
+    pub fn records(&self, queue: &Queue) -> Result<Records> {
+        let mut arrays = Vec::new();
+        for field in &queue.fields {
+            let path = self.root.join(&field.file);
+            let remedy = "the dump is damaged; write it again";
+            let bytes = fs::read(&path).map_err(|source| Error::Read {
+                path: path.clone(),
+                source,
+            })?;
+            let array = npy::parse(&bytes[..], &path, remedy)?;
+            let wrong = |what: &str| Err(Error::format(&path, format!("{what}; {remedy}")));
+            if array.shape != field.shape || array.shape.first() != Some(&queue.records) {
+                return wrong("has another shape than its manifest says");
+            }
+            if array.numbers.dtype() != field.dtype {
+                return wrong("has another dtype than its manifest says");
+            }
+            if sha256(&bytes) != field.sha256 {
+                return wrong("has another SHA-256 than its manifest says");
+            }
+            if budget::of(&field.field, 1).is_none() {
+                return wrong("is of a field that this program does not know");
+            }
+            arrays.push((field.field.clone(), array));
+        }
+        let path = arrays.iter().find(|(name, _)| name == PATH);
+        let rows = match path {
+            Some((_, array)) => by_path(array, self.manifest.paths)
+                .map_err(|what| Error::format(&self.root.join(&queue.folder), what))?,
+            None => (0..queue.records).map(|row| (row, row)).collect(),
+        };
+        Ok(Records { rows, arrays })
+    }
+}
+
+/// A port's dump.
+#[derive(Debug)]
+pub(super) struct Theirs {
+    pub root: PathBuf,
+    manifest: Option<Value>,
+    paths: usize,
+}
+
+impl Theirs {
+    /// `paths` is how many paths there are.
+    pub fn open(root: &Path, paths: usize) -> Result<Self> {
+        if !root.is_dir() {
+            return Err(Error::format(
+                root,
+                "is no folder; give that of the port's dump",
+            ));
+        }
+        let path = root.join(FILE);
+        Ok(Self {
+            root: root.to_owned(),
+            manifest: path.exists().then(|| read_json(&path)).transpose()?,
+            paths,
+        })
+    }
+
+    /// Makes sure that it is of the same paths, as far as it says; what it does not say comes back.
+    pub fn unlike(&self, ours: &Ours) -> Result<Vec<String>> {
+        let Some(theirs) = &self.manifest else {
+            let root = self.root.display();
+            let what = "nothing says that scene, settings and paths are the same";
+            return Ok(vec![format!("{root} has no {FILE}: {what}")]);
+        };
+        let ours = serde_json::to_value(&ours.manifest).unwrap_or_default();
+        let differs = |what: &str, a: &Value, b: &Value| {
+            let message = format!(
+                "cannot compare: {what} is {a} in the dump and {b} in {}; dump the same",
+                self.root.join(FILE).display()
+            );
+            Err(Error::Usage(message))
+        };
+        for key in ["schema", "scene_hash", "tile", "samples"] {
+            match theirs.get(key) {
+                Some(there) if *there != ours[key] => return differs(key, &ours[key], there),
+                _ => {}
+            }
+        }
+        for (key, here) in ours["settings"].as_object().into_iter().flatten() {
+            match theirs
+                .get("settings")
+                .and_then(|settings| settings.get(key))
+            {
+                Some(there) if there != here => return differs(key, here, there),
+                _ => {}
+            }
+        }
+        Ok(Vec::new())
+    }
+
+    /// The arrays of a queue that are there; none where there is none.
+    pub fn records(&self, queue: &Queue, ours: &Records) -> Result<Option<Records>> {
+        let folder = self.root.join(&queue.folder);
+        let remedy =
+            "write it with numpy.save, little-endian, in the shape and dtype that the manifest has";
+        let read = |file: &Path| -> Result<Option<Array>> {
+            match file.exists() {
+                true => npy::read(file, remedy).map(Some),
+                false => Ok(None),
+            }
+        };
+        let path_file = folder.join(format!("{PATH}.npy"));
+        let path = read(&path_file)?;
+        let mut arrays = Vec::new();
+        for field in queue.fields.iter().filter(|field| field.field != PATH) {
+            let file = self.root.join(&field.file);
+            let Some(array) = read(&file)? else {
+                continue;
+            };
+            let wrong = |what: String| Err(Error::format(&file, format!("{what}; {remedy}")));
+            let rows = array.shape.first().copied().unwrap_or_default();
+            let dtype = array.numbers.dtype();
+            if dtype != field.dtype {
+                return wrong(format!(
+                    "holds numbers of dtype {dtype}, not {}",
+                    field.dtype
+                ));
+            }
+            if array.shape.len() != field.shape.len() || array.shape[1..] != field.shape[1..] {
+                return wrong(format!(
+                    "has the shape {}, not {:?}",
+                    array.sides(),
+                    field.shape
+                ));
+            }
+            let expected = match &path {
+                Some(path) => path.shape.first().copied().unwrap_or_default(),
+                None => queue.records,
+            };
+            if rows != expected {
+                return wrong(match &path {
+                    Some(_) => format!("has {rows} records, and {PATH}.npy beside it {expected}"),
+                    None => format!(
+                        "has {rows} records, not {expected}; where paths differ, a {PATH}.npy beside it must say which \
+                         they are"
+                    ),
+                });
+            }
+            arrays.push((field.field.clone(), array));
+        }
+        let rows = match path {
+            Some(path) => {
+                let rows = by_path(&path, self.paths)
+                    .map_err(|what| Error::format(&path_file, format!("{what}; {remedy}")))?;
+                arrays.push((PATH.to_owned(), path));
+                rows
+            }
+            // In our order.
+            None => ours.rows.clone(),
+        };
+        Ok((!arrays.is_empty()).then_some(Records { rows, arrays }))
+    }
+}
+
+/// The row of each path.
+fn by_path(array: &Array, paths: usize) -> std::result::Result<BTreeMap<usize, usize>, String> {
+    let numbers = match &array.numbers {
+        Numbers::U32(numbers) if array.shape.len() == 1 => numbers,
+        other => {
+            return Err(format!(
+                "paths are of dtype {} and shape {}, not <u4 and (n,)",
+                other.dtype(),
+                array.sides()
+            ));
+        }
+    };
+    let mut rows = BTreeMap::new();
+    for (row, &path) in numbers.iter().enumerate() {
+        if path as usize >= paths {
+            return Err(format!(
+                "row {row} is of path {path}, and there are {paths}"
+            ));
+        }
+        if let Some(before) = rows.insert(path as usize, row) {
+            return Err(format!("path {path} is in row {before} and in row {row}"));
+        }
+    }
+    Ok(rows)
+}
+
+fn read_json(path: &Path) -> Result<Value> {
+    let text = fs::read_to_string(path).map_err(|source| Error::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    serde_json::from_str(&text)
+        .map_err(|error| Error::format(path, format!("is no JSON: {error}; write the dump again")))
+}
