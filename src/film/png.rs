@@ -15,18 +15,19 @@ pub fn write(path: &Path, film: &Film, tonemap: Tonemap) -> Result<()> {
 /// The PNG of the film's region, with an `sRGB` chunk.
 pub fn encode(to: impl Write, film: &Film, tonemap: Tonemap) -> io::Result<()> {
     let region = film.region();
-    encode_bytes(to, region.width(), region.height(), &pixels(film, tonemap))
+    let size = (region.width(), region.height());
+    encode_bytes(to, size, ColorType::Rgb, &pixels(film, tonemap))
 }
 
-/// The PNG of three bytes a pixel, row after row.
-pub(super) fn encode_bytes(
+/// The PNG of columns and rows of pixels, one byte for each channel.
+pub(crate) fn encode_bytes(
     to: impl Write,
-    width: u32,
-    height: u32,
+    (width, height): (u32, u32),
+    channels: ColorType,
     bytes: &[u8],
 ) -> io::Result<()> {
     let mut encoder = Encoder::new(to, width, height);
-    encoder.set_color(ColorType::Rgb);
+    encoder.set_color(channels);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
     let mut writer = encoder.write_header().map_err(plain)?;

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::lanes::Rgb;
 use ::exr::error::Error as ExrError;
 use ::exr::prelude::{Encoding, Image, SpecificChannels, WritableImage};
+use ::png::ColorType;
 use std::io;
 use std::path::Path;
 
@@ -120,7 +121,8 @@ impl Raster {
         let bytes: Vec<u8> = channels.map(encode).collect();
         let side = |pixels: usize| u32::try_from(pixels).unwrap_or(u32::MAX);
         write_whole(path, |file| {
-            png::encode_bytes(file, side(self.width), side(self.height()), &bytes)
+            let size = (side(self.width), side(self.height()));
+            png::encode_bytes(file, size, ColorType::Rgb, &bytes)
         })
     }
 }

@@ -2,11 +2,12 @@
 
 use crate::compare::Image;
 use crate::compare::flip::Flip;
+use crate::film::png::encode_bytes;
 use crate::film::tonemap::{Operator, Tonemap};
 use crate::lanes::Rgb;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use png::{BitDepth, ColorType, Encoder, EncodingError};
+use png::ColorType;
 use rayon::prelude::*;
 use std::io;
 
@@ -183,11 +184,13 @@ pub(super) fn pictures(
             codes,
         ));
     }
+    let size = (shrink.columns as u32, shrink.rows as u32);
     let all = plates
         .into_par_iter()
         .map(|(name, title, alone, kind, bytes)| {
-            let png = png(shrink.columns, shrink.rows, kind, &bytes)?;
-            let uri = format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png));
+            let mut file = Vec::new();
+            encode_bytes(&mut file, size, kind, &bytes)?;
+            let uri = format!("data:image/png;base64,{}", BASE64_STANDARD.encode(file));
             Ok(Picture {
                 name,
                 title,
@@ -266,17 +269,4 @@ fn round_up(x: f64) -> f64 {
         .into_iter()
         .find(|&step| step >= x)
         .unwrap_or(10.0 * power)
-}
-
-fn png(columns: usize, rows: usize, kind: ColorType, bytes: &[u8]) -> io::Result<Vec<u8>> {
-    let side = |pixels: usize| u32::try_from(pixels).unwrap_or(u32::MAX);
-    let plain = |error: EncodingError| io::Error::other(error.to_string());
-    let mut file = Vec::new();
-    let mut encoder = Encoder::new(&mut file, side(columns), side(rows));
-    encoder.set_color(kind);
-    encoder.set_depth(BitDepth::Eight);
-    let mut writer = encoder.write_header().map_err(plain)?;
-    writer.write_image_data(bytes).map_err(plain)?;
-    writer.finish().map_err(plain)?;
-    Ok(file)
 }
