@@ -329,7 +329,7 @@ fn exposures_go_from_the_greatest_luminance_to_the_upper_median() {
         ),
         (
             &[0.0, 0.0, 0.0, 1.0],
-            1.083_297_25,
+            1.083_297_3,
             24.083_298,
             23,
             0.038_429_91,
