@@ -35,7 +35,7 @@ pub struct Verdict {
 }
 
 /// A difference of one record.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Path edge, from 1; 0 for what belongs to none.
     pub edge: u32,
