@@ -148,6 +148,7 @@
 
 pub mod bvh;
 pub mod cli;
+pub mod compare;
 pub mod dump;
 pub mod error;
 pub mod film;

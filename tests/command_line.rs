@@ -5,6 +5,7 @@
 mod small_disk;
 
 mod command_line {
+    mod comparison;
     mod dump;
     mod environments;
     mod harmonics;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Rooms and their floors. `record!` is exported at the root, from the lanes.
-const FLOORS: [(&str, u32); 19] = [
+const FLOORS: [(&str, u32); 20] = [
     ("lanes", 0),
     ("record", 0),
     ("error", 0),
@@ -16,6 +16,7 @@ const FLOORS: [(&str, u32); 19] = [
     ("material", 2),
     ("film", 2),
     ("scene", 3),
+    ("compare", 3),
     ("wavefront", 4),
     ("render", 5),
     ("stats", 5),

@@ -1,6 +1,6 @@
 //! Raw arguments: what can be typed. What it means together is for the commands to check.
 
-use super::{dump, sh};
+use super::{compare, dump, sh};
 use crate::bvh::Quality;
 use crate::film::tonemap::Operator;
 use crate::film::{AovSet, Region};
@@ -19,7 +19,7 @@ Examples:
   ondine render room.toml --spp 1024 -o room-fine.exr
   ondine info room-fine.exr                what it holds
 
-Exit codes: 0 done, 2 bad input or usage, 130 interrupted.";
+Exit codes: 0 done, 1 the answer is no (compare, dump --check), 2 bad input or usage, 130 interrupted.";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
@@ -51,6 +51,8 @@ pub(super) struct Arguments {
 pub(super) enum Command {
     /// Render a scene to an OpenEXR image and a PNG
     Render(RenderArgs),
+    /// Tell noise from bias in two images of one scene
+    Compare(compare::CompareArgs),
     /// Show what a scene or an OpenEXR image holds
     Info(InfoArgs),
     /// Measure how fast given rays meet a mesh

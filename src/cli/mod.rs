@@ -3,6 +3,7 @@
 //! Results go to stdout; progress and messages to stderr. Exit codes: 0 done, 1 the answer is no, 2 bad input or usage, 130 interrupted.
 
 mod args;
+mod compare;
 mod dump;
 mod info;
 mod info_image;
@@ -57,6 +58,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
     };
     let outcome = match &arguments.command {
         Command::Render(args) => render::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Info(args) => info::run(args),
         Command::Rays(args) => rays::run(args),
         Command::Sh(command) => sh::run(command),

@@ -134,7 +134,7 @@ pub fn read(path: &Path) -> Result<(Film, Metadata)> {
 }
 
 /// Opens an EXR and reads from it; a panic of the decoder on hostile bytes becomes [`Error::Format`].
-pub(super) fn guard<T>(path: &Path, read: impl FnOnce(File) -> Result<T>) -> Result<T> {
+pub(crate) fn guard<T>(path: &Path, read: impl FnOnce(File) -> Result<T>) -> Result<T> {
     let cannot = |source| Error::Read {
         path: path.to_owned(),
         source,
@@ -150,14 +150,14 @@ pub(super) fn guard<T>(path: &Path, read: impl FnOnce(File) -> Result<T>) -> Res
         .unwrap_or_else(|_| Err(damaged(path, "it is not what the decoder expects")))
 }
 
-pub(super) fn damaged(path: &Path, what: impl std::fmt::Display) -> Error {
+pub(crate) fn damaged(path: &Path, what: impl std::fmt::Display) -> Error {
     Error::format(
         path,
         format!("this OpenEXR image is damaged or cut short ({what}); render or copy it again"),
     )
 }
 
-pub(super) fn cannot_decode(path: &Path, error: ExrError) -> Error {
+pub(crate) fn cannot_decode(path: &Path, error: ExrError) -> Error {
     match error {
         ExrError::Io(source) => Error::Read {
             path: path.to_owned(),
