@@ -19,7 +19,8 @@ pub enum Measure {
     Fraction,
 }
 
-/// No budget is more (of squares, twice this): from here on, 2⁻¹⁰, a value is another one, not the same one rounded otherwise.
+/// No budget is more (of squares, twice this): from here on, 2⁻¹⁰, a value is another one, not the same one with other
+/// roundings.
 pub const PARTED: f64 = 16_384.0;
 
 /// How many paths may part from ours, by another choice or by a value beyond its budget: 1 in so many. A ray that passes the

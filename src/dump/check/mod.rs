@@ -335,7 +335,10 @@ impl<'a> Comparison<'a> {
             queue: queue.queue.clone(),
             field: field.map(str::to_owned),
             path: record,
-            pixel: [x0 + (pixel % width) as u32, y0 + (pixel / width) as u32],
+            pixel: [
+                x0 + (pixel % width) as u32,
+                y0.saturating_add((pixel / width) as u32),
+            ],
             sample: sample.map(|sample| self.manifest.samples[0] + sample as u32),
             ours,
             theirs,
