@@ -40,12 +40,16 @@ fn text(verdict: &Verdict) -> String {
     }
     let parted = &verdict.parted;
     if let Some(first) = &parted.first {
+        let told = verdict.first.as_ref() == Some(first);
         line(format_args!(
-            "{} parted from ours, {} by another choice ({} may part), and are left out from there on; the first: {}",
+            "{} parted from ours, {} by another choice ({} may part), and are left out from there on{}",
             counted(parted.paths, "path"),
             parted.by_choice,
             parted.allowed,
-            difference(first)
+            match told {
+                true => String::new(),
+                false => format!("; the first: {}", difference(first)),
+            }
         ));
     }
     line(format_args!(""));

@@ -35,7 +35,7 @@ pub struct Verdict {
 }
 
 /// A difference of one record.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Path edge, from 1; 0 for what belongs to none.
     pub edge: u32,
@@ -335,7 +335,10 @@ impl<'a> Comparison<'a> {
             queue: queue.queue.clone(),
             field: field.map(str::to_owned),
             path: record,
-            pixel: [x0 + (pixel % width) as u32, y0 + (pixel / width) as u32],
+            pixel: [
+                x0 + (pixel % width) as u32,
+                y0.saturating_add((pixel / width) as u32),
+            ],
             sample: sample.map(|sample| self.manifest.samples[0] + sample as u32),
             ours,
             theirs,
