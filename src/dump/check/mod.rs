@@ -335,6 +335,7 @@ impl<'a> Comparison<'a> {
             queue: queue.queue.clone(),
             field: field.map(str::to_owned),
             path: record,
+            // A manifest may list more records than there are pixels.
             pixel: [
                 x0 + (pixel % width) as u32,
                 y0.saturating_add((pixel / width) as u32),
