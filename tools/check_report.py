@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Opens a page that `ondine compare --html` wrote in Chromium, and uses it.
 
-    check_report.py REPORT.html [SCREENSHOT.png]
+    check_report.py REPORT.html [PICTURE.png] [--width N] [--dark] [--view KEY]
 
 The page says nothing wrong in the console and asks the network for nothing; the verdict stands first; the flip key, the button and
 each view change what is shown; zoom and exposure too; on a telephone nothing is wider than the screen. Prints one line and exits 0, or
-1 with what is wrong. Needs the package selenium, Chromium and its driver; dark or narrow pictures: --dark, --width N.
+1 with what is wrong. With a second name, takes a picture of the page instead. Needs the package selenium, Chromium and its driver.
 """
 
 import argparse
@@ -16,6 +16,7 @@ import shutil
 import sys
 
 from selenium import webdriver
+from selenium.common.exceptions import WebDriverException
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
@@ -144,5 +145,5 @@ def main():
 if __name__ == "__main__":
     try:
         main()
-    except ValueError as error:
-        sys.exit(f"FAILED: {error}")
+    except (ValueError, WebDriverException) as error:
+        sys.exit(f"FAILED: {str(error).strip() or type(error).__name__}")
