@@ -37,11 +37,11 @@
 //! | floor | rooms |
 //! |---|---|
 //! | 6 | [`cli`]: arguments become validated settings, and those a command |
-//! | 5 | [`mod@render`]: tiles, or light probes, go to rayon workers, one workspace each; [`stats`]: what it took |
+//! | 5 | [`mod@render`]: tiles, or light probes, go to rayon workers, one workspace each; [`stats`]: what it took; [`dump`]: every record of a few paths as files, and a port's held to them |
 //! | 4 | [`wavefront`]: the loop, its five stages, their queues |
-//! | 3 | [`scene`]: what a scene file says, and the tables that kernels read |
+//! | 3 | [`scene`]: what a scene file says, and the tables that kernels read; [`compare`]: whether two images are of one scene, up to noise |
 //! | 2 | [`shape`]: spheres and quads; [`bvh`]: the tree of triangles; [`material`]: one file for each BSDF; [`film`]: exact pixels, OpenEXR, PNG |
-//! | 1 | [`sampling`]: random numbers with names, and the warps they go through; [`texture`]: images on surfaces; [`sh`]: spherical harmonics |
+//! | 1 | [`sampling`]: random numbers with names, and the warps they go through; [`texture`]: images on surfaces; [`sh`]: spherical harmonics; [`npy`]: NumPy's files |
 //! | 0 | [`lanes`]: eight-lane vectors, colours, records, queues; [`error`]: what can go wrong |
 //!
 //! # Records, batches, queues
@@ -95,6 +95,9 @@
 //! Known to fall short: of a ray that runs in a triangle's own plane, to a ten-millionth of its length, the edge functions are
 //! rounding errors. Whether such a triangle is met may then hang on the boxes around it, and these on whether the ray went in
 //! a packet or alone, which waves of another size can change.
+//!
+//! `docs/specification.md` says the operations, one by one; `tools/check_paths.py` renders by it alone, in Python, and gets
+//! the same hashes.
 //!
 //! [`film::Film::image_hash`] names the bits of an image. A change of them is always in `CHANGELOG.md`.
 //!

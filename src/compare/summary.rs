@@ -120,18 +120,20 @@ pub fn notes(pair: [&Image; 2], image: &LayerReport, noise: Option<&Noise>) -> V
         .fold(1.0, f64::max);
     if correlation > 1.0 {
         note(format!(
-            "neighbouring pixels share their noise: variances of means were raised {correlation:.2} times"
+            "differences of neighbouring pixels go together, by a shared filter or a smooth bias: variances of means were \
+             raised {correlation:.2} times"
         ));
     }
-    let lengths = pair.map(|image| {
-        image
-            .lengths
-            .iter()
-            .map(|(length, _)| *length)
-            .collect::<Vec<_>>()
-    });
-    if lengths[0] != lengths[1] {
-        note("path lengths that only one image has were not compared".to_owned());
+    for (one, other, has) in [(0, 1, "reference"), (1, 0, "test image")] {
+        let lacks = |length: &u32| pair[other].lengths.iter().all(|(known, _)| known != length);
+        let lengths = pair[one].lengths.iter().map(|(length, _)| *length);
+        let alone: Vec<String> = lengths.filter(lacks).map(|n| n.to_string()).collect();
+        if !alone.is_empty() && !pair[other].lengths.is_empty() {
+            note(format!(
+                "only the {has} has path length {}, which was not compared: a bias that no other length shows is there",
+                alone.join(", ")
+            ));
+        }
     }
     if image
         .channels

@@ -1,6 +1,6 @@
 //! A comparison as text: the answer, then the figures.
 
-use crate::compare::{LayerReport, Report, percent};
+use crate::compare::{ChannelReport, LayerReport, Report, Verdict, percent};
 use std::fmt::{Result, Write};
 
 /// The report, for a reader.
@@ -23,6 +23,9 @@ fn write(out: &mut String, report: &Report) -> Result {
     }
     for note in &report.notes {
         writeln!(out, "  note: {note}")?;
+    }
+    if report.verdict == Verdict::BitEqual {
+        return Ok(());
     }
     let metrics = &report.metrics;
     writeln!(out)?;
@@ -53,18 +56,26 @@ fn write(out: &mut String, report: &Report) -> Result {
         "worst z",
         "pixel z"
     )?;
-    table(out, "image", &report.image)?;
+    table(out, "image", &report.image, |_| true)?;
     for layer in &report.lengths {
         let name = layer
             .length
             .map_or_else(String::new, |length| format!("length {length}"));
-        table(out, &name, layer)?;
+        // Luminance speaks for the others, unless one of them is off.
+        table(out, &name, layer, |channel| {
+            channel.biased || channel.channel == "luminance"
+        })?;
     }
     Ok(())
 }
 
-fn table(out: &mut String, name: &str, layer: &LayerReport) -> Result {
-    for channel in &layer.channels {
+fn table(
+    out: &mut String,
+    name: &str,
+    layer: &LayerReport,
+    is_shown: impl Fn(&ChannelReport) -> bool,
+) -> Result {
+    for channel in layer.channels.iter().filter(|channel| is_shown(channel)) {
         let (mean, blocks) = (&channel.mean, &channel.blocks);
         let (difference, interval) = match mean.relative {
             Some(relative) => {

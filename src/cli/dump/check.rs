@@ -52,14 +52,18 @@ fn text(verdict: &Verdict) -> String {
             }
         ));
     }
-    line(format_args!(""));
-    line(format_args!(
-        "{:4}  {:42} {:>8} {:>9} {:>7} {:>12} {:>8}",
-        "edge", "array", "records", "different", "beyond", "worst ulp", "budget"
-    ));
-    for array in &verdict.arrays {
-        line(format_args!("{}", row(array)));
+    let (differ, same): (Vec<_>, Vec<_>) = (verdict.arrays.iter()).partition(|a| a.different > 0);
+    if !differ.is_empty() {
+        line(format_args!(
+            "\n{:4}  {:42} {:>8} {:>9} {:>7} {:>12} {:>8}",
+            "edge", "array", "records", "different", "beyond", "worst ulp", "budget"
+        ));
+        for array in differ {
+            line(format_args!("{}", row(array)));
+        }
     }
+    let arrays = counted(same.len(), "array");
+    line(format_args!("\n{arrays} without any difference"));
     text
 }
 
