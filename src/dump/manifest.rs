@@ -42,7 +42,7 @@ pub struct Manifest {
     pub samples: [u32; 2],
     /// How many paths there are: the pixel's place in the tile × samples + sample, counted from the first, is a path's number.
     pub paths: usize,
-    /// One path in so many may part from ours.
+    /// One path in so many may part from ours; of fewer, none.
     pub paths_per_parting: usize,
     /// In the order in which they are filled.
     pub queues: Vec<Queue>,

@@ -103,6 +103,41 @@ fn a_dump_of_other_rounding_passes_and_one_with_a_fault_does_not() {
     assert_eq!(verdict["first"]["field"], "pdf");
 }
 
+/// Turns the first direction of the first edge round.
+fn turn_a_direction(dump: &Path) {
+    let file = dump.join("edge01/shade/rays/direction.npy");
+    let mut bytes = fs::read(&file).unwrap();
+    let signs = bytes[128..140].iter_mut().skip(3).step_by(4);
+    signs.for_each(|byte| *byte ^= 0x80);
+    fs::write(file, bytes).unwrap();
+}
+
+#[test]
+fn of_many_paths_a_few_may_part_and_of_one_none() {
+    let folder = folder();
+    let one = "dump cornell --size 40x30 --tile 8,8 --tile-size 1x1 --samples 3..4";
+    for (line, code, words) in [
+        (
+            SMALL,
+            0,
+            "within its budget, but for 1 of at most 4 paths that may part",
+        ),
+        (
+            one,
+            1,
+            "first difference: edge 1, shade, rays, direction of path 0",
+        ),
+    ] {
+        for out in ["a", "b"] {
+            assert_eq!(ondine(&folder, &format!("{line} --out {out}")).code, 0);
+        }
+        turn_a_direction(&folder.path().join("b"));
+        let run = ondine(&folder, "dump --check a b");
+        assert_eq!(run.code, code, "{}{}", run.stdout, run.stderr);
+        assert!(run.stdout.contains(words), "{}", run.stdout);
+    }
+}
+
 #[test]
 fn the_paths_of_a_pixel_add_up_to_what_is_printed() {
     let folder = folder();

@@ -36,6 +36,11 @@ fn text(verdict: &Verdict) -> String {
         (None, true) => line(format_args!(
             "all that was compared is the same to the last bit"
         )),
+        (None, false) if verdict.parted.paths > 0 => line(format_args!(
+            "all that was compared is within its budget, but for {} of at most {} that may part",
+            verdict.parted.paths,
+            counted(verdict.parted.allowed, "path")
+        )),
         (None, false) => line(format_args!("all that was compared is within its budget")),
     }
     let parted = &verdict.parted;

@@ -68,7 +68,7 @@ pub struct Parted {
     pub paths: usize,
     /// How many of them met or chose something else.
     pub by_choice: usize,
-    /// How many there may be.
+    /// How many there may be: none of fewer than [`Manifest::paths_per_parting`].
     pub allowed: usize,
     /// The first of them.
     pub first: Option<Difference>,
@@ -182,7 +182,7 @@ impl<'a> Comparison<'a> {
             manifest,
             pixels,
             samples,
-            allowed: manifest.paths.div_ceil(manifest.paths_per_parting.max(1)),
+            allowed: manifest.paths / manifest.paths_per_parting.max(1),
             parted: BTreeSet::new(),
             by_choice: 0,
             first_parted: None,
