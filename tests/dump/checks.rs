@@ -8,6 +8,7 @@ use ondine::error::{Error, Result};
 use ondine::npy::{self, Array, Numbers};
 use ondine::render::Settings;
 use ondine::scene::description::SamplerKind;
+use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -388,6 +389,30 @@ fn what_is_of_something_else_cannot_be_compared() {
     pair.refuses(&["theirs", "no folder"]);
     fs::create_dir(pair.theirs()).expect("made");
     pair.refuses(&["theirs", "no array"]);
+}
+
+#[test]
+fn records_that_no_array_bears_out_are_not_believed() {
+    let pair = Pair::new();
+    let path = pair.ours().join("manifest.json");
+    let good: Value = serde_json::from_slice(&fs::read(&path).expect("read")).expect("JSON");
+    let some = json!(good["queues"][0]["fields"]);
+    for (records, fields) in [
+        (1_000_000_000_u64, json!([])),
+        (1, json!([])),
+        (0, some.clone()),
+        (2881, some),
+    ] {
+        let mut bad = good.clone();
+        bad["queues"][0]["records"] = records.into();
+        bad["queues"][0]["fields"] = fields;
+        fs::write(&path, bad.to_string()).expect("written");
+        pair.refuses(&[
+            "ours/manifest.json",
+            &format!("lists {records} records"),
+            "write the dump again",
+        ]);
+    }
 }
 
 #[test]

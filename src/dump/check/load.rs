@@ -54,6 +54,15 @@ impl Ours {
             ));
         }
         for queue in &manifest.queues {
+            // Every array has a row for each record: a count that no array bears out would be believed.
+            let (records, paths) = (queue.records, manifest.paths);
+            if records > paths || (records > 0) == queue.fields.is_empty() {
+                return Err(damaged(format!(
+                    "lists {records} records of {paths} paths and {} fields in {}",
+                    queue.fields.len(),
+                    queue.folder
+                )));
+            }
             let mut files = queue.fields.iter().map(|field| &field.file);
             let inside = |name: &str| {
                 let parts = Path::new(name).components();
