@@ -384,11 +384,38 @@ fn what_is_of_something_else_cannot_be_compared() {
     fs::write(&path, "{").expect("written");
     pair.refuses(&["theirs/manifest.json", "no JSON"]);
     fs::write(&path, "[]").expect("written");
-    assert!(pair.verdict().bit_equal, "a manifest that says nothing");
+    pair.refuses(&["theirs/manifest.json", "no JSON object"]);
     fs::remove_dir_all(pair.theirs()).expect("removed");
     pair.refuses(&["theirs", "no folder"]);
     fs::create_dir(pair.theirs()).expect("made");
     pair.refuses(&["theirs", "no array"]);
+}
+
+#[test]
+fn what_a_ports_manifest_does_not_say_is_named_and_numbers_may_be_written_otherwise() {
+    let pair = Pair::new();
+    let path = pair.theirs().join("manifest.json");
+    let text = fs::read_to_string(&path).expect("a manifest");
+    let mut manifest: Value = serde_json::from_str(&text).expect("JSON");
+    manifest["settings"]["path_length"] = json!(manifest["settings"]["path_length"].as_f64());
+    manifest["tile"][0] = json!(10.0);
+    fs::write(&path, manifest.to_string()).expect("written");
+    assert!(pair.verdict().not_compared.is_empty());
+    fs::write(&path, "{}").expect("written");
+    let [said] = &pair.verdict().not_compared[..] else {
+        panic!("one line");
+    };
+    for key in [
+        "schema",
+        "scene_hash",
+        "tile",
+        "samples",
+        "seed",
+        "strategy",
+        "roulette",
+    ] {
+        assert!(said.contains(key), "{said}\nlacks {key}");
+    }
 }
 
 #[test]

@@ -137,9 +137,19 @@ impl Theirs {
             ));
         }
         let path = root.join(FILE);
+        let manifest = path.exists().then(|| read_json(&path)).transpose()?;
+        if manifest
+            .as_ref()
+            .is_some_and(|manifest| !manifest.is_object())
+        {
+            return Err(Error::format(
+                &path,
+                "is no JSON object; write a manifest as the dump has it, or none",
+            ));
+        }
         Ok(Self {
             root: root.to_owned(),
-            manifest: path.exists().then(|| read_json(&path)).transpose()?,
+            manifest,
             paths,
         })
     }
@@ -159,22 +169,31 @@ impl Theirs {
             );
             Err(Error::Usage(message))
         };
-        for key in ["schema", "scene_hash", "tile", "samples"] {
-            match theirs.get(key) {
-                Some(there) if *there != ours[key] => return differs(key, &ours[key], there),
-                _ => {}
-            }
-        }
-        for (key, here) in ours["settings"].as_object().into_iter().flatten() {
-            match theirs
+        let settings = ours["settings"].as_object().into_iter().flatten();
+        let here = ["schema", "scene_hash", "tile", "samples"]
+            .map(|key| (key, &ours[key], theirs.get(key)));
+        let settings = settings.map(|(key, here)| {
+            let there = theirs
                 .get("settings")
-                .and_then(|settings| settings.get(key))
-            {
-                Some(there) if there != here => return differs(key, here, there),
-                _ => {}
+                .and_then(|settings| settings.get(key));
+            (key.as_str(), here, there)
+        });
+        let mut unsaid = Vec::new();
+        for (key, here, there) in here.into_iter().chain(settings) {
+            match there {
+                Some(there) if !same(here, there) => return differs(key, here, there),
+                Some(_) => {}
+                None => unsaid.push(key),
             }
         }
-        Ok(Vec::new())
+        Ok(match unsaid.is_empty() {
+            true => Vec::new(),
+            false => vec![format!(
+                "{} does not say: {}",
+                self.root.join(FILE).display(),
+                unsaid.join(", ")
+            )],
+        })
     }
 
     /// The arrays of a queue that are there; none where there is none.
@@ -265,6 +284,19 @@ fn by_path(array: &Array, paths: usize) -> std::result::Result<BTreeMap<usize, u
         }
     }
     Ok(rows)
+}
+
+/// Whether two values are the same, numbers by what they are worth: `6.0` is `6`.
+fn same(a: &Value, b: &Value) -> bool {
+    match (a, b) {
+        (Value::Number(x), Value::Number(y)) if x.is_f64() || y.is_f64() => {
+            x.as_f64() == y.as_f64()
+        }
+        (Value::Array(a), Value::Array(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b))
+        }
+        _ => a == b,
+    }
 }
 
 fn read_json(path: &Path) -> Result<Value> {
