@@ -419,6 +419,58 @@ fn what_a_ports_manifest_does_not_say_is_named_and_numbers_may_be_written_otherw
 }
 
 #[test]
+fn a_queue_that_a_port_says_is_empty_lacks_its_records_and_one_of_which_it_is_silent_is_not_compared()
+ {
+    let pair = Pair::new();
+    let nee = "edge02/nee";
+    fs::remove_dir_all(pair.theirs().join(nee)).expect("removed");
+    let path = pair.theirs().join("manifest.json");
+    let text = fs::read_to_string(&path).expect("a manifest");
+    let good: Value = serde_json::from_str(&text).expect("JSON");
+    let is_nee = |queue: &Value| {
+        queue["folder"]
+            .as_str()
+            .is_some_and(|folder| folder.starts_with(nee))
+    };
+    let mut empty = good.clone();
+    let mut left_out = good.clone();
+    for queue in empty["queues"].as_array_mut().expect("queues") {
+        if is_nee(queue) {
+            queue["records"] = json!(0);
+        }
+    }
+    let queues = left_out["queues"].as_array_mut().expect("queues");
+    queues.retain(|queue| !is_nee(queue));
+    for manifest in [empty, left_out] {
+        fs::write(&path, manifest.to_string()).expect("written");
+        let verdict = pair.verdict();
+        assert!(!verdict.within && !verdict.bit_equal);
+        assert_eq!(first(&verdict), "2 nee shadow_rays -");
+        assert_eq!(verdict.missing, 0, "{:?}", verdict.not_compared);
+    }
+
+    fs::write(&path, text).expect("written");
+    let verdict = pair.verdict();
+    assert!(
+        verdict.bit_equal && verdict.missing == 6,
+        "{}",
+        verdict.missing
+    );
+    assert!(verdict.not_compared.join("").contains(nee));
+}
+
+#[test]
+fn what_a_port_has_beyond_the_dump_is_said() {
+    let pair = Pair::new();
+    let rays = pair.theirs().join("edge01/shade/rays/pdf.npy");
+    let beyond = pair.theirs().join("edge77/shade/rays");
+    fs::create_dir_all(&beyond).expect("made");
+    fs::copy(rays, beyond.join("pdf.npy")).expect("copied");
+    let said = pair.verdict().not_compared;
+    assert_eq!(said, ["edge77/shade/rays: the dump has no records there"]);
+}
+
+#[test]
 fn records_that_no_array_bears_out_are_not_believed() {
     let pair = Pair::new();
     let path = pair.ours().join("manifest.json");

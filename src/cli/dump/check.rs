@@ -31,19 +31,26 @@ fn text(verdict: &Verdict) -> String {
     for missing in &verdict.not_compared {
         line(format_args!("not compared: {missing}"));
     }
+    let parted = &verdict.parted;
+    let not_all = match verdict.missing {
+        0 => String::new(),
+        1 => "; 1 array was not compared".to_owned(),
+        arrays => format!("; {arrays} arrays were not compared"),
+    };
     match (&verdict.first, verdict.bit_equal) {
         (Some(first), _) => line(format_args!("first difference: {}", difference(first))),
         (None, true) => line(format_args!(
-            "all that was compared is the same to the last bit"
+            "all that was compared is the same to the last bit{not_all}"
         )),
-        (None, false) if verdict.parted.paths > 0 => line(format_args!(
-            "all that was compared is within its budget, but for {} of at most {} that may part",
-            verdict.parted.paths,
-            counted(verdict.parted.allowed, "path")
+        (None, false) if parted.paths > 0 => line(format_args!(
+            "all that was compared is within its budget, but for {} of at most {} that may part{not_all}",
+            parted.paths,
+            counted(parted.allowed, "path")
         )),
-        (None, false) => line(format_args!("all that was compared is within its budget")),
+        (None, false) => line(format_args!(
+            "all that was compared is within its budget{not_all}"
+        )),
     }
-    let parted = &verdict.parted;
     if let Some(first) = &parted.first {
         let told = verdict.first.as_ref() == Some(first);
         line(format_args!(

@@ -6,7 +6,7 @@ use super::super::table::PATH;
 use crate::error::{Error, Result};
 use crate::npy::{self, Array, Numbers};
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
@@ -256,7 +256,65 @@ impl Theirs {
             // In our order.
             None => ours.rows.clone(),
         };
-        Ok((!arrays.is_empty()).then_some(Records { rows, arrays }))
+        match arrays.is_empty() {
+            // Empty queues have no arrays, so what has none may be one.
+            true => Ok(self.is_empty(queue).then(Records::default)),
+            false => Ok(Some(Records { rows, arrays })),
+        }
+    }
+
+    /// Whether the port says that a queue is empty: with 0 records, or by leaving it out of those that it lists of the edge.
+    fn is_empty(&self, queue: &Queue) -> bool {
+        let listed = self
+            .manifest
+            .as_ref()
+            .and_then(|manifest| manifest.get("queues")?.as_array());
+        let of_edge = || {
+            let queues = listed.into_iter().flatten();
+            queues.filter(|other| same(&other["edge"], &queue.edge.into()))
+        };
+        match of_edge().find(|other| other["folder"] == queue.folder.as_str()) {
+            Some(other) => other["records"].as_f64() == Some(0.0),
+            None => of_edge().next().is_some(),
+        }
+    }
+
+    /// Folders with arrays, of queues that the dump has not or that are empty in it.
+    pub fn beyond(&self, ours: &Manifest) -> Vec<String> {
+        let filled = ours.queues.iter().filter(|queue| queue.records > 0);
+        let filled: BTreeSet<&Path> = filled.map(|queue| Path::new(&queue.folder)).collect();
+        let path_file = format!("{PATH}.npy");
+        let mut found = Vec::new();
+        // An edge's folder has one for each stage, and that one for each queue.
+        let mut folders = vec![(PathBuf::new(), 0)];
+        while let Some((folder, depth)) = folders.pop() {
+            let entries = fs::read_dir(self.root.join(&folder));
+            let entries: Vec<PathBuf> = entries
+                .into_iter()
+                .flatten()
+                .flatten()
+                .map(|entry| folder.join(entry.file_name()))
+                .collect();
+            // Of what is empty in ours, a record for a path is compared.
+            let compared = filled.contains(&*folder)
+                || (ours
+                    .queues
+                    .iter()
+                    .any(|queue| Path::new(&queue.folder) == folder)
+                    && self.root.join(&folder).join(&path_file).exists());
+            let is_array = |entry: &PathBuf| entry.extension().is_some_and(|end| end == "npy");
+            if !compared && entries.iter().any(is_array) {
+                found.push(folder.display().to_string());
+            }
+            if depth < 3 {
+                let below = entries
+                    .into_iter()
+                    .filter(|entry| self.root.join(entry).is_dir());
+                folders.extend(below.map(|entry| (entry, depth + 1)));
+            }
+        }
+        found.sort();
+        found
     }
 }
 

@@ -30,6 +30,8 @@ pub struct Verdict {
     pub parted: Parted,
     /// Every array of which something was compared.
     pub arrays: Vec<Compared>,
+    /// How many of our arrays were not compared.
+    pub missing: usize,
     /// What was not compared, and why.
     pub not_compared: Vec<String>,
 }
@@ -112,6 +114,7 @@ pub fn check(ours: &Path, theirs: &Path) -> Result<Verdict> {
         match theirs.records(queue, &mine)? {
             Some(other) => comparison.compare(queue, &mine, &other, &mut not_compared),
             None if queue.records > 0 => {
+                comparison.missing += queue.fields.len();
                 not_compared.push(format!(
                     "{}: {} has none",
                     queue.folder,
@@ -127,6 +130,8 @@ pub fn check(ours: &Path, theirs: &Path) -> Result<Verdict> {
             "holds no array that the dump has; give the folder that holds the port's edge01",
         ));
     }
+    let beyond = theirs.beyond(&ours.manifest).into_iter();
+    not_compared.extend(beyond.map(|folder| format!("{folder}: the dump has no records there")));
     let mut verdict = comparison.verdict(not_compared);
     for difference in verdict.first.iter_mut().chain(&mut verdict.parted.first) {
         elsewhere(difference, &ours, &theirs)?;
@@ -172,6 +177,8 @@ struct Comparison<'a> {
     first_parted: Option<Difference>,
     first: Option<Difference>,
     arrays: Vec<Compared>,
+    /// Arrays of ours that were not compared.
+    missing: usize,
 }
 
 impl<'a> Comparison<'a> {
@@ -188,6 +195,7 @@ impl<'a> Comparison<'a> {
             first_parted: None,
             first: None,
             arrays: Vec::new(),
+            missing: 0,
         }
     }
 
@@ -200,6 +208,7 @@ impl<'a> Comparison<'a> {
     ) {
         // By the record that parts, what it is seen by: its first field.
         let mut parted: BTreeMap<usize, Difference> = BTreeMap::new();
+        let mut first = None;
         for (rows, others, missing) in [(ours, theirs, true), (theirs, ours, false)] {
             let alone = rows
                 .rows
@@ -208,12 +217,22 @@ impl<'a> Comparison<'a> {
             for &path in alone.filter(|&&path| self.follows(queue, path)) {
                 let found = |there| if there { "a record" } else { NO_RECORD }.to_owned();
                 let words = (found(missing), found(!missing));
-                parted.insert(path, self.difference(queue, None, path, words, None));
+                let difference = self.difference(queue, None, path, words, None);
+                match queue.edge {
+                    // How many there are follows from settings.
+                    0 => first = first.or(Some(difference)),
+                    _ => drop(parted.insert(path, difference)),
+                }
             }
         }
+        self.first = self.first.take().or(first);
         for field in &queue.fields {
             let arrays = (ours.array(&field.field), theirs.array(&field.field));
             let (Some(mine), Some(other)) = arrays else {
+                if theirs.rows.is_empty() {
+                    continue;
+                }
+                self.missing += 1;
                 not_compared.push(format!("{}: the port has none", field.file));
                 continue;
             };
@@ -351,7 +370,8 @@ impl<'a> Comparison<'a> {
     fn verdict(self, not_compared: Vec<String>) -> Verdict {
         Verdict {
             within: self.first.is_none(),
-            bit_equal: self.parted.is_empty()
+            bit_equal: self.first.is_none()
+                && self.parted.is_empty()
                 && self.arrays.iter().all(|array| array.different == 0),
             first: self.first,
             parted: Parted {
@@ -361,6 +381,7 @@ impl<'a> Comparison<'a> {
                 first: self.first_parted,
             },
             arrays: self.arrays,
+            missing: self.missing,
             not_compared,
         }
     }
