@@ -2,6 +2,8 @@
 
 use super::manifest::{FILE, FORMAT, File, Manifest};
 use crate::error::{Error, Result};
+use serde_json::Value;
+use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,8 +11,8 @@ use std::path::{Path, PathBuf};
 /// What the scene's materials, lights and primitives are, by the ids in the records.
 pub const SCENE: &str = "scene.json";
 
-/// Writes the manifest, `scene` as [`SCENE`], and the files. An empty folder and an older dump are replaced, if nothing else
-/// is in them.
+/// Writes the manifest, `scene` as [`SCENE`], and the files. An empty folder and an older dump are replaced, if nothing is
+/// in it that its manifest does not list, and the current directory is not.
 ///
 /// # Errors
 /// [`Error::Usage`] where something else is at `folder`, [`Error::Write`] where it cannot be written; then what was there
@@ -58,31 +60,60 @@ pub fn check(folder: &Path) -> Result<()> {
     if !found.is_dir() {
         return refuse("is no folder");
     }
-    let entries = fs::read_dir(folder).map_err(|source| Error::Read {
+    let cannot_read = |source| Error::Read {
         path: folder.to_owned(),
         source,
-    })?;
-    let names: Vec<String> = entries
-        .flatten()
-        .map(|entry| entry.file_name().to_string_lossy().into_owned())
-        .collect();
-    if names.is_empty() {
-        return Ok(());
-    }
-    let manifest = fs::read_to_string(folder.join(FILE)).unwrap_or_default();
-    let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap_or_default();
-    if manifest["format"] != FORMAT {
-        return refuse("is no dump");
-    }
-    let of_dump = |name: &str| {
-        let edge = name.strip_prefix("edge").unwrap_or_default();
-        let edge = !edge.is_empty() && edge.bytes().all(|byte| byte.is_ascii_digit());
-        edge || [FILE, SCENE, "paths", "film"].contains(&name)
     };
-    match names.iter().find(|name| !of_dump(name)) {
-        Some(other) => refuse(&format!("holds {other:?}, which is of no dump")),
-        None => Ok(()),
+    if fs::read_dir(folder).map_err(cannot_read)?.next().is_some() {
+        let manifest = fs::read_to_string(folder.join(FILE)).unwrap_or_default();
+        let manifest: Value = serde_json::from_str(&manifest).unwrap_or_default();
+        if manifest["format"] != FORMAT {
+            return refuse("is no dump");
+        }
+        if let Some(other) = stranger(folder, &manifest).map_err(cannot_read)? {
+            return refuse(&format!("holds {other:?}, which its {FILE} does not list"));
+        }
     }
+    // A shell in it would be left in a folder that is no more.
+    let real = |path: &Path| fs::canonicalize(path).ok();
+    if let (Some(current), Some(target)) = (real(Path::new(".")), real(folder))
+        && current.starts_with(target)
+    {
+        return Err(Error::Usage(format!(
+            "{} holds the current directory and would be replaced under it; run this from another folder, or name a new one",
+            folder.display()
+        )));
+    }
+    Ok(())
+}
+
+/// A file or folder below `folder` that is not of the dump whose manifest it is.
+fn stranger(folder: &Path, manifest: &Value) -> io::Result<Option<String>> {
+    let list = |of: &Value, key: &str| of[key].as_array().cloned().unwrap_or_default();
+    let fields = list(manifest, "queues")
+        .into_iter()
+        .flat_map(|queue| list(&queue, "fields"));
+    let arrays = fields.filter_map(|field| Some(PathBuf::from(field["file"].as_str()?)));
+    let files: BTreeSet<PathBuf> = arrays.chain([FILE, SCENE].map(PathBuf::from)).collect();
+    let folders: BTreeSet<&Path> = files
+        .iter()
+        .flat_map(|file| file.ancestors().skip(1))
+        .collect();
+    let mut left = vec![PathBuf::new()];
+    while let Some(place) = left.pop() {
+        for entry in fs::read_dir(folder.join(&place))? {
+            let entry = entry?;
+            let path = place.join(entry.file_name());
+            // Of a link this is false: what it leads to is another's.
+            let is_folder = entry.file_type()?.is_dir();
+            if is_folder && folders.contains(&*path) {
+                left.push(path);
+            } else if is_folder || !files.contains(&path) {
+                return Ok(Some(path.display().to_string()));
+            }
+        }
+    }
+    Ok(None)
 }
 
 fn replace<'a>(folder: &Path, files: impl Iterator<Item = &'a File>) -> io::Result<()> {

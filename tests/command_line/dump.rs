@@ -206,6 +206,22 @@ fn an_older_dump_is_replaced_and_nothing_else() {
     let line = "dump mirror --tile 2,2 --out d";
     refuses(&folder, line, &["d holds \"notes.txt\"", "name a folder"]);
     fs::remove_file(path.join("d/notes.txt")).unwrap();
+    for (place, file) in [
+        ("d/film", "d/film/notes.txt"),
+        ("d/edge01/shade/rays", "d/edge01/shade/rays/mine.npy"),
+        ("d/edge01/mine", "d/edge01/mine/path.npy"),
+    ] {
+        fs::create_dir_all(path.join(place)).unwrap();
+        fs::write(path.join(file), "mine").unwrap();
+        refuses(
+            &folder,
+            line,
+            &["d holds", "does not list", "name a folder"],
+        );
+        assert!(path.join(file).exists());
+        fs::remove_file(path.join(file)).unwrap();
+    }
+    fs::remove_dir(path.join("d/edge01/mine")).unwrap();
     assert!(files(&path.join("d")) == before);
 
     fs::create_dir_all(path.join("e/edge01")).unwrap();
