@@ -302,6 +302,22 @@ fn what_cannot_be_dumped_or_compared_is_refused() {
     for (arguments, words) in cases {
         refuses(&folder, &format!("dump {arguments}"), words);
     }
+    for instead in ["--check a b", "--vectors d"] {
+        for ignored in [
+            "--tile-size 3x3",
+            "--size 8x8",
+            "--camera c",
+            "--seed 4",
+            "--path-length 2",
+            "--strategy mis",
+            "--sampler pcg",
+            "--roulette 2",
+        ] {
+            let option = ignored.split(' ').next().unwrap();
+            let line = format!("dump {instead} {ignored}");
+            refuses(&folder, &line, &[option, "cannot be used with"]);
+        }
+    }
     // A million paths are not too many, but their records are.
     let all = "dump cornell --tile 0,0 --tile-size 256x256 --out d";
     refuses(&folder, all, &["256 MiB", "--tile-size", "--path-length"]);

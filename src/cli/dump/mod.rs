@@ -19,6 +19,23 @@ use clap::Args;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+/// What asks for a dump, and would be ignored by what is done instead of one.
+const OF_A_DUMP: [&str; 13] = [
+    "scene",
+    "tile",
+    "tile_size",
+    "samples",
+    "pixel",
+    "out",
+    "size",
+    "camera",
+    "seed",
+    "path_length",
+    "strategy",
+    "sampler",
+    "roulette",
+];
+
 const EXAMPLES: &str = "\
 Examples:
   ondine dump cornell --tile 120,96 --out golden       16x16 pixels, 16 samples of each
@@ -65,11 +82,11 @@ pub(in crate::cli) struct DumpArgs {
 
     /// Compare a port's dump with one of ours
     #[arg(long, num_args = 2, value_names = ["DIR", "OTHER"], help_heading = "Instead of a dump",
-          conflicts_with_all = ["scene", "tile", "pixel", "samples", "vectors"])]
+          conflicts_with = "vectors", conflicts_with_all = OF_A_DUMP)]
     check: Option<Vec<PathBuf>>,
     /// Write test vectors: inputs and outputs of samplers, warps, materials and shapes
     #[arg(long, value_name = "DIR", help_heading = "Instead of a dump",
-          conflicts_with_all = ["scene", "tile", "pixel", "samples", "json"])]
+          conflicts_with = "json", conflicts_with_all = OF_A_DUMP)]
     vectors: Option<PathBuf>,
 }
 
