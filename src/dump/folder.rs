@@ -54,6 +54,7 @@ pub fn check(folder: &Path) -> Result<()> {
         )))
     };
     let found = match fs::metadata(folder) {
+        Err(_) if folder.is_symlink() => return refuse("is a link to what does not exist"),
         Err(_) => return Ok(()),
         Ok(found) => found,
     };

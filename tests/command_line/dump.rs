@@ -323,6 +323,40 @@ fn what_cannot_be_dumped_or_compared_is_refused() {
     refuses(&folder, all, &["256 MiB", "--tile-size", "--path-length"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn what_is_no_folder_is_named_and_the_current_one_is_not_replaced() {
+    let folder = folder();
+    let path = folder.path();
+    std::os::unix::fs::symlink("nowhere", path.join("link")).unwrap();
+    for (line, words) in [
+        (
+            "cornell --tile 8,8 --out link",
+            "link is a link to what does not exist; name a folder",
+        ),
+        (
+            "--vectors link",
+            "link is a link to what does not exist; name a folder",
+        ),
+        (
+            "--vectors /dev/null",
+            "/dev/null is no folder; name a folder",
+        ),
+    ] {
+        refuses(&folder, &format!("dump {line}"), &[words]);
+    }
+
+    let line = "dump mirror --size 9x9 --tile 2,2 --samples 1..2 --out";
+    assert_eq!(ondine(&folder, &format!("{line} d")).code, 0);
+    for (place, out) in [("d", "."), ("d/edge01", "../../d")] {
+        let mut run = crate::command(&path.join(place), &format!("{line} {out}"));
+        let run: crate::Run = run.output().unwrap().into();
+        assert_eq!(run.code, 2, "{}", run.stdout);
+        let words = format!("{out} holds the current directory");
+        assert!(run.stderr.contains(&words), "{}", run.stderr);
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_leaves_nothing_and_keeps_what_was_there() {

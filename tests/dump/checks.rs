@@ -531,6 +531,10 @@ fn a_damaged_array_is_named() {
         array.numbers = Numbers::F64(doubles);
     });
     pair.refuses(&["theirs/edge01/shade/rays/p"]);
+
+    let pair = Pair::new();
+    pair.change("film/radiance/radiance.npy", |array| array.shape.reverse());
+    pair.refuses(&["has the shape (3, 2880), not (2880, 3)"]);
 }
 
 #[test]

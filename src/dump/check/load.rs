@@ -226,9 +226,11 @@ impl Theirs {
             }
             if array.shape.len() != field.shape.len() || array.shape[1..] != field.shape[1..] {
                 return wrong(format!(
-                    "has the shape {}, not {:?}",
+                    "has the shape {}, not {}",
                     array.sides(),
-                    field.shape
+                    ours.array(&field.field)
+                        .map(Array::sides)
+                        .unwrap_or_default()
                 ));
             }
             let expected = match &path {

@@ -25,8 +25,20 @@ use std::path::Path;
 /// Writes every topic into a folder, which is made where it is missing.
 ///
 /// # Errors
-/// [`Error::Write`] where the folder or a file cannot be written; those written before are whole.
+/// [`Error::Usage`] where `dir` is something else, [`Error::Write`] where the folder or a file cannot be written; those written before are whole.
 pub fn write(dir: &Path) -> Result<()> {
+    let what = match dir {
+        _ if dir.is_dir() => None,
+        _ if dir.exists() => Some("is no folder"),
+        _ if dir.is_symlink() => Some("is a link to what does not exist"),
+        _ => None,
+    };
+    if let Some(what) = what {
+        let dir = dir.display();
+        return Err(Error::Usage(format!(
+            "{dir} {what}; name a folder, which is made where it is missing"
+        )));
+    }
     let topics = [
         samplers::topic(),
         functions::topic(),
