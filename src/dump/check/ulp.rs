@@ -8,7 +8,7 @@ use crate::npy::{Array, Numbers};
 pub(super) struct Apart {
     /// No bit differs.
     pub same_bits: bool,
-    /// The greatest difference of a component, in units in the last place (of single precision) of our greatest
+    /// The greatest difference of a component, in units in the last place (of single precision) of our greatest.
     /// Of whole numbers, and where a number is not finite: 0 or +∞.
     pub ulp: f64,
 }
