@@ -18,6 +18,13 @@ use std::path::PathBuf;
 
 /// A film as it is read from its file.
 fn image(film: &Film) -> Image {
+    let of_length = |length: u32| {
+        let pixels = || film.region().coordinates();
+        let sums = || pixels().map(|(x, y)| (film.sums_of_length(length, x, y), film.count(x, y)));
+        let means: Vec<_> = sums().map(|(sums, count)| sums.mean(count)).collect();
+        let variances: Vec<_> = sums().map(|(sums, count)| sums.variance(count)).collect();
+        (means, variances)
+    };
     let planes = |pixels: &[[f32; 3]]| [0, 1, 2].map(|c| pixels.iter().map(|p| p[c]).collect());
     let region = film.region();
     Image {
@@ -34,6 +41,16 @@ fn image(film: &Film) -> Image {
                 .map(|(x, y)| film.count(x, y) as f32)
                 .collect(),
         ),
+        lengths: (1..=film.aovs().lengths)
+            .map(|length| {
+                let (means, variances) = of_length(length);
+                let layer = Layer {
+                    radiance: planes(&means),
+                    variance: Some(planes(&variances)),
+                };
+                (length, layer)
+            })
+            .collect(),
         ..Image::default()
     }
 }
@@ -43,5 +60,6 @@ fn bare(image: &Image) -> Image {
     let mut bare = image.clone();
     bare.image.variance = None;
     bare.samples = None;
+    bare.lengths.clear();
     bare
 }

@@ -6,10 +6,11 @@
 //! "Student's t-test under symmetry conditions", JASA 64; Pinelis 1994, Annals of Probability 22). So fireflies make no
 //! false alarms. Note Σd², not the scatter about the mean: a block of n pixels has no score above √n.
 //!
-//! With unequal sample counts d is skewed, and a block of the noisier image that missed its fireflies has too small a
-//! scatter. Then a block has at least half the scatter of those around it. Of 200 pairs of 256 and 16 samples, five scenes of
-//! caustics, many lights and sky, χ² had p below 6.7·10⁻⁵ in 11 of 600 channels without that and in none with it; a bound by
-//! the shape of the images' own variances left 3. With equal counts χ² needs none: its mean p was 0.49.
+//! With unequal sample counts, or of two estimators, d is skewed, and a block of the noisier image that missed its fireflies
+//! has too small a scatter. Then a block has at least half the scatter of those around it, and where both images have
+//! variances, what they announce for it, and half of what they announce around it. Of 200 pairs of 256 and 16 samples, five
+//! scenes of caustics, many lights and sky, χ² had p below 6.7·10⁻⁵ in 11 of 600 channels without the neighbours and in none
+//! with them. With equal counts χ² needs none: its mean p was 0.49.
 
 use super::report::Blocks;
 use rayon::prelude::*;
@@ -59,6 +60,16 @@ impl Grid {
             self.columns[x + 1],
             self.rows[y + 1],
         ]
+    }
+
+    /// Sums of a plane over each block, in the order of its pixels.
+    pub fn totals(&self, plane: &[f32]) -> Vec<f64> {
+        let total = |block| {
+            let [x0, y0, x1, y1] = self.region(block);
+            let rows = (y0..y1).map(|y| &plane[y * self.width + x0..y * self.width + x1]);
+            rows.flatten().map(|&x| f64::from(x)).sum()
+        };
+        (0..self.count()).into_par_iter().map(total).collect()
     }
 
     /// The scores of its blocks, for each channel.
@@ -179,7 +190,38 @@ fn group(centred: &[f64], width: usize, side: usize) -> Group {
 /// A kernel separable in x and y raises that of the mean of m×m pixels by (a − b/m)² once m exceeds its width; a² is what
 /// blocks see, from m = 2 and 4. A bias with edges, as of a lamp that is too dark, looks like that too, but in few blocks:
 /// every block counts the same, and of the means of nine sets of blocks the median is taken.
-pub fn correlation(sums: &[Sums]) -> f64 {
+///
+/// A bias that is smooth all over looks like it as well. But then d is greater than its variances announce, where there are
+/// any (`expected`), or blocks that are too far apart to share a filter go together, and nothing is raised. No filter raises
+/// variances more than [`WIDEST`].
+pub fn correlation(grid: &Grid, sums: &[Sums], expected: Option<&[f64]>) -> f64 {
+    let scatter: f64 = sums.iter().map(|block| block.scatter).sum();
+    let announced = expected.map(|blocks| blocks.iter().sum::<f64>());
+    if announced.is_some_and(|announced| scatter > 2.0 * announced) || goes_on(grid, sums) {
+        return 1.0;
+    }
+    shared(sums).min(WIDEST)
+}
+
+/// A Gaussian of a standard deviation of 1 pixel: 4π.
+const WIDEST: f64 = 12.6;
+
+/// Whether the means of blocks two apart in a row go together: no filter reaches so far.
+fn goes_on(grid: &Grid, sums: &[Sums]) -> bool {
+    let across = grid.columns.len() - 1;
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for row in sums.chunks_exact(across) {
+        for (a, b) in row.iter().zip(row.iter().skip(2)) {
+            let product = a.difference * b.difference;
+            sum += product;
+            squares += product * product;
+        }
+    }
+    sum > 3.5 * squares.sqrt()
+}
+
+/// The estimate from sub-blocks.
+fn shared(sums: &[Sums]) -> f64 {
     const SETS: usize = 9;
     let median = |k: usize| {
         let mut sets = [Mean::default(); SETS];
@@ -228,19 +270,22 @@ impl Mean {
     }
 }
 
-/// The scatter by which each block is judged: its own where d is symmetric, and not less than half of those around it where
-/// it may be skewed.
-pub fn scatters(grid: &Grid, sums: &[Sums], symmetric: bool) -> Vec<f64> {
+/// The scatter by which each block is judged: its own where d is symmetric. Where it may be skewed, not less than half of
+/// those around it, nor than what variances announce (`expected`), nor half of what they announce around it.
+pub fn scatters(grid: &Grid, sums: &[Sums], expected: Option<&[f64]>, symmetric: bool) -> Vec<f64> {
+    let own = |block: usize| sums[block].scatter;
     if symmetric {
-        return sums.iter().map(|block| block.scatter).collect();
+        return (0..sums.len()).map(own).collect();
     }
+    let announced = |block: usize| expected.map_or(0.0, |expected| expected[block]);
     (0..sums.len())
         .map(|block| {
-            let (scatter, pixels) = grid.neighbours(block).fold((0.0, 0.0), |(s, n), i| {
-                (s + sums[i].scatter, n + sums[i].pixels)
-            });
-            let own = &sums[block];
-            own.scatter.max(0.5 * own.pixels * scatter / pixels)
+            let around = |of: &dyn Fn(usize) -> f64| {
+                let all = |of: &dyn Fn(usize) -> f64| grid.neighbours(block).map(of).sum::<f64>();
+                sums[block].pixels * all(of) / all(&|i| sums[i].pixels)
+            };
+            let least = 0.5 * around(&own).max(around(&announced));
+            own(block).max(announced(block)).max(least)
         })
         .collect()
 }

@@ -6,14 +6,11 @@ use super::noise::{self, Noise};
 use super::report::{
     BlockTest, ChannelReport, LayerReport, MeanTest, PixelTest, Relative, WorstBlock, WorstPixel,
 };
-use super::{Image, Layer};
+use super::{Image, LUMINANCE, Layer};
 use rayon::prelude::*;
 
 /// The channels that are tested.
 pub const CHANNELS: [&str; 4] = ["R", "G", "B", "luminance"];
-
-/// Luminance of linear Rec. 709.
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// Tests a layer of both images; what is biased is said once all tests are counted.
 pub fn examine(
@@ -33,8 +30,10 @@ pub fn examine(
             _ => layers.map(|layer| &layer.radiance[c][..]),
         };
         let sums = blocks::sums(grid, planes);
-        let scatters = blocks::scatters(grid, &sums, noise::equally_sampled(pair));
-        let correlation = blocks::correlation(&sums);
+        let expected = noise.map(|noise| grid.totals(&noise.expected[c]));
+        let symmetric = noise.is_some_and(|noise| noise.symmetric);
+        let scatters = blocks::scatters(grid, &sums, expected.as_deref(), symmetric);
+        let correlation = blocks::correlation(grid, &sums, expected.as_deref());
         let scores: Vec<f64> = sums
             .iter()
             .zip(&scatters)

@@ -2,7 +2,7 @@
 //!
 //! For each of R, G, B and luminance, and for each path length that both images hold: the mean of d = test − reference;
 //! means of blocks, all together by χ² and the worst by Šidák's inequality; and pixels, where both images have variances and
-//! one has sample counts. All are self-normalised sums ([`blocks`]), which fireflies do not mislead. The family of all tests
+//! one has sample counts. All are self-normalised sums ([`blocks`]), which fireflies seldom mislead. The family of all tests
 //! has the significance that was asked for (Bonferroni).
 //!
 //! What is assumed: pixels more than a few apart have independent noise. An image whose pixels all use the same random
@@ -34,6 +34,9 @@ use blocks::Grid;
 use distributions::{least_of, score, two_sided};
 use examine::examine;
 use noise::Noise;
+
+/// Luminance of linear Rec. 709.
+const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// What decides a verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,14 +119,18 @@ pub fn compare(reference: &Image, test: &Image, options: &Options) -> Result<Rep
         (false, None) => Verdict::Consistent,
         (false, Some(_)) => Verdict::Biased,
     };
-    // 95 of 100 normal scores lie above -1.645.
-    let reach = score(threshold) + score(0.1);
-    let detectable = image
-        .channels
-        .iter()
-        .map(|channel| &channel.mean)
-        .filter(|mean| mean.reference > 0.0 && mean.standard_error > 0.0)
-        .map(|mean| options.tolerance + reach * mean.standard_error / mean.reference)
+    // No mean of n pixels has a score above √n: see `self_normalised`.
+    let pixels = (reference.width * reference.height) as f64;
+    let limit = score(threshold);
+    let room = 1.0 - limit * limit / pixels;
+    let means = image.channels.iter().map(|channel| &channel.mean);
+    let detectable = means
+        .filter(|mean| mean.reference > 0.0 && room > 0.0)
+        .map(|mean| {
+            // 95 of 100 normal scores lie above -1.645.
+            let reach = limit / room.sqrt() + score(0.1);
+            options.tolerance + reach * mean.standard_error / mean.reference
+        })
         .min_by(f64::total_cmp);
     let mut report = Report {
         verdict,

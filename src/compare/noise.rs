@@ -1,69 +1,77 @@
 //! What noise the images' own variances announce, and pixels against it.
 
+use super::LUMINANCE;
 use super::blocks::{beyond, self_normalised};
 use super::image::{Image, Layer};
 use rayon::prelude::*;
 
+/// By how much the variances of single samples may differ between images of one estimator.
+const ALIKE: f64 = 1.5;
+
 /// Variances of both images, a channel at a time.
 pub struct Noise {
-    /// Variance of d in each pixel, R, G, B.
-    pub expected: [Vec<f32>; 3],
-    /// Samples of each pixel of the image that has fewer there; none where neither file says how many it has.
+    /// Variance of d in each pixel: R, G, B, and what luminance has at most.
+    pub expected: [Vec<f32>; 4],
+    /// Samples of each pixel of the image that has fewer there; none where not both files say how many they have, or where
+    /// the variances of a single sample are not [`ALIKE`], so that the images come from different estimators: then a pixel
+    /// can lack in both what only one of them finds.
     pub samples: Option<Vec<f32>>,
+    /// Whether the images have about as many samples of one estimator, so that d is symmetric.
+    pub symmetric: bool,
 }
 
 impl Noise {
     /// None where one of the images has no variances, or zeros alone.
     ///
-    /// Of rare events each image may have missed some, so the greater of the two variances of a single sample counts for
-    /// both. How many samples one image has for each of the other follows from the counts, or from the mean variances.
+    /// Of rare events each image may have missed some, so for images of one estimator the greater of the two variances of a
+    /// single sample counts for both. Whether they are, the whole images say: a layer of rare paths may have missed too many.
     pub fn new(images: [&Image; 2], layers: [&Layer; 2]) -> Option<Self> {
-        let [reference, test] = layers.map(|layer| layer.variance.as_ref());
-        let (reference, test) = (reference?, test?);
-        let total = |planes: &[Vec<f32>; 3]| planes.iter().map(|plane| sum(plane)).sum::<f64>();
-        let (noise, other) = (total(reference), total(test));
-        if noise == 0.0 || other == 0.0 {
+        let total = |layer: &Layer| {
+            let planes = layer.variance.iter().flatten();
+            planes.map(|plane| sum(plane)).sum::<f64>()
+        };
+        if layers.iter().any(|layer| total(layer) == 0.0) {
             return None;
         }
-        let share = (noise / other) as f32;
-        let counts = images.map(|image| image.samples.as_ref());
-        // Samples of the test image for each of the reference.
-        let ratio = |i: usize| match counts {
-            [Some(a), Some(b)] => b[i] / a[i],
-            _ => share,
+        let [reference, test] = layers.map(|layer| layer.variance.as_ref());
+        let (reference, test) = (reference?, test?);
+        let counts = match images.map(|image| image.samples.as_ref()) {
+            [Some(a), Some(b)] => Some((a, b, sum(b) / sum(a))),
+            _ => None,
         };
-        let expected = std::array::from_fn(|c| {
+        let within = |ratio: f64, bound: f64| (1.0 / bound..=bound).contains(&ratio);
+        let [noise, other] = images.map(|image| total(&image.image));
+        let counts = counts.filter(|(.., ratio)| within(noise / other / ratio, ALIKE));
+        let of = |c: usize| -> Vec<f32> {
             let both = reference[c].par_iter().zip(&test[c]).enumerate();
-            both.map(|(i, (&a, &b))| {
-                let ratio = ratio(i);
-                match ratio.is_finite() && ratio > 0.0 {
-                    true => a.max(b * ratio) * (1.0 + 1.0 / ratio),
-                    false => 0.0,
+            both.map(|(i, (&a, &b))| match counts {
+                Some((n, m, _)) if n[i] > 0.0 && m[i] > 0.0 => {
+                    let ratio = m[i] / n[i];
+                    a.max(b * ratio) * (1.0 + 1.0 / ratio)
                 }
+                Some(_) => 0.0,
+                None => a + b,
             })
             .collect()
+        };
+        let [r, g, b] = [0, 1, 2].map(of);
+        // A weighted sum varies most where its terms vary together.
+        let luminance = (&r, &g, &b).into_par_iter().map(|(&r, &g, &b)| {
+            let deviation =
+                LUMINANCE[0] * r.sqrt() + LUMINANCE[1] * g.sqrt() + LUMINANCE[2] * b.sqrt();
+            deviation * deviation
         });
-        let fewer = |a: &[f32], b: &(dyn Fn(usize) -> f32 + Sync)| -> Vec<f32> {
-            let all = a.par_iter().enumerate();
-            all.map(|(i, &a)| a.min(b(i))).collect()
+        let luminance = luminance.collect();
+        let fewer = |(a, b, _): (&Vec<f32>, &Vec<f32>, f64)| {
+            let pairs = a.par_iter().zip(b);
+            pairs.map(|(&a, &b)| a.min(b)).collect()
         };
-        let samples = match counts {
-            [Some(a), Some(b)] => Some(fewer(a, &|i| b[i])),
-            [Some(a), None] => Some(fewer(a, &|i| a[i] * share)),
-            [None, Some(b)] => Some(fewer(b, &|i| b[i] / share)),
-            [None, None] => None,
-        };
-        Some(Self { expected, samples })
+        Some(Self {
+            expected: [r, g, b, luminance],
+            samples: counts.map(fewer),
+            symmetric: counts.is_some_and(|(.., ratio)| within(ratio, 1.25)),
+        })
     }
-}
-
-/// Whether the files say that both images have about as many samples, so that d is symmetric.
-pub fn equally_sampled(images: [&Image; 2]) -> bool {
-    let [Some(a), Some(b)] = images.map(|image| image.samples.as_ref()) else {
-        return false;
-    };
-    let ratio = sum(a) / sum(b);
-    (0.8..=1.25).contains(&ratio)
 }
 
 /// The sum of a plane, in its order.

@@ -50,7 +50,7 @@ pub struct Report {
 pub struct Metrics {
     /// Mean of d².
     pub mse: f64,
-    /// What noise alone would make of it, from the variances of both images.
+    /// What the variances of both images announce of it, as if samples were independent.
     pub expected_mse: Option<f64>,
     /// Mean of d² / (reference² + 0.01).
     pub rel_mse: f64,

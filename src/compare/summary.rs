@@ -5,6 +5,9 @@ use super::noise::Noise;
 use super::report::{Bias, LayerReport, MeanTest, Report, Test, Verdict};
 use std::fmt::Write;
 
+/// A comparison that would miss a uniform bias of this size says little.
+const WEAK: f64 = 0.1;
+
 /// The answer.
 pub fn sentence(report: &Report) -> String {
     match (&report.bias, report.detectable) {
@@ -12,12 +15,21 @@ pub fn sentence(report: &Report) -> String {
         (None, _) if report.verdict == Verdict::BitEqual => {
             "bit-equal: every number that was compared has the same bits".to_owned()
         }
-        (None, Some(detectable)) => format!(
-            "consistent: the images differ by noise alone; a uniform bias of {} would have been found",
-            percent(detectable).trim_start_matches('+')
-        ),
+        (None, Some(detectable)) => {
+            let bias = percent(detectable);
+            let bias = bias.trim_start_matches('+');
+            match detectable < WEAK {
+                true => format!(
+                    "consistent: the images differ by noise alone; a uniform bias of {bias} would have been found"
+                ),
+                false => format!(
+                    "consistent, but with so much noise that no uniform bias below {bias} could have been found; give \
+                     both images more samples"
+                ),
+            }
+        }
         (None, None) => {
-            "consistent: the images differ by noise alone, but no bias of the mean could have been found".to_owned()
+            "consistent, but these images have too few pixels, or too little light, to show any bias".to_owned()
         }
     }
 }
@@ -30,7 +42,10 @@ fn biased(report: &Report, bias: &Bias) -> String {
         .unwrap_or(&report.image);
     let mut text = "biased: ".to_owned();
     if let Some(length) = bias.length {
-        let _ = write!(text, "the bias begins at path length {length}, where ");
+        let _ = write!(
+            text,
+            "the bias is first seen at path length {length}, where "
+        );
     }
     let Some(channel) = layer.channels.iter().find(|c| c.channel == bias.channel) else {
         return text;
@@ -109,7 +124,9 @@ pub fn notes(pair: [&Image; 2], image: &LayerReport, noise: Option<&Noise>) -> V
                 .to_owned(),
         ),
         Some(Noise { samples: None, .. }) => note(
-            "neither image has sample counts (a channel exact.samples): no single pixel was tested".to_owned(),
+            "not both images have sample counts (a channel exact.samples), or their samples vary by different amounts, as of \
+             two strategies: no single pixel was tested"
+                .to_owned(),
         ),
         Some(_) => {}
     }
@@ -130,7 +147,7 @@ pub fn notes(pair: [&Image; 2], image: &LayerReport, noise: Option<&Noise>) -> V
         let alone: Vec<String> = lengths.filter(lacks).map(|n| n.to_string()).collect();
         if !alone.is_empty() && !pair[other].lengths.is_empty() {
             note(format!(
-                "only the {has} has path length {}, which was not compared: a bias that no other length shows is there",
+                "only the {has} has the path lengths {}: a bias of theirs would show in the image alone",
                 alone.join(", ")
             ));
         }

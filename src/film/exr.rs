@@ -140,6 +140,12 @@ pub(crate) fn guard<T>(path: &Path, read: impl FnOnce(File) -> Result<T>) -> Res
         source,
     };
     let mut file = File::open(path).map_err(cannot)?;
+    if file.metadata().is_ok_and(|found| !found.is_file()) {
+        return Err(Error::format(
+            path,
+            "it is no plain file; give the name of one",
+        ));
+    }
     let mut magic = [0; 4];
     let length = file.read(&mut magic).map_err(cannot)?;
     if length < 4 || magic != [0x76, 0x2f, 0x31, 0x01] {

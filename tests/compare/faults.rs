@@ -88,7 +88,7 @@ fn the_bounce_where_a_bias_begins_is_named() {
         );
         let begins = report.bias.unwrap().length;
         assert_eq!(begins, Some(length), "{fault:?}: {}", report.summary);
-        let words = format!("the bias begins at path length {length}");
+        let words = format!("the bias is first seen at path length {length}");
         assert!(report.summary.contains(&words), "{}", report.summary);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{bare, image, render};
 use ondine::compare::{Image, Options, Verdict, compare};
-use ondine::scene::description::SamplerKind;
+use ondine::scene::description::{SamplerKind, Strategy};
 
 /// Pairs of images of one scene, each with seeds of its own.
 fn pairs(count: u64, spp: [u32; 2]) -> Vec<[Image; 2]> {
@@ -64,4 +64,78 @@ fn two_hundred_pairs_of_equal_samples_give_no_false_alarm_but_two() {
 #[test]
 fn pairs_of_unequal_samples_give_no_false_alarms_either() {
     seldom_alarmed(100, [64, 8]);
+}
+
+/// How many of some images of one scene are called biased.
+fn alarms_against(reference: &Image, tests: impl Iterator<Item = Image>) -> usize {
+    tests
+        .filter(|test| {
+            let report = compare(reference, test, &Options::default()).unwrap();
+            report.verdict == Verdict::Biased
+        })
+        .count()
+}
+
+#[test]
+fn a_strategy_that_misses_small_lights_is_not_called_a_bias_of_one_that_does_not() {
+    for name in ["cornell", "many-lights", "sky"] {
+        let scene = render::builtin(name);
+        let mut settings = render::settings(&scene, (64, 64), 128);
+        settings.sampler = SamplerKind::Sobol;
+        let reference = image(&render::film(&scene, &settings));
+        settings.sampler = SamplerKind::Pcg;
+        settings.strategy = Strategy::Uniform;
+        let tests = (2..10).map(|seed| {
+            settings.seed = seed;
+            image(&render::film(&scene, &settings))
+        });
+        assert_eq!(alarms_against(&reference, tests), 0, "{name}");
+    }
+}
+
+#[test]
+fn rare_paths_of_few_samples_are_not_called_a_bias_of_their_length() {
+    for name in ["glass", "materials"] {
+        let scene = render::builtin(name);
+        let mut settings = render::settings(&scene, (64, 64), 1024);
+        settings.aovs = "bounces".parse().unwrap();
+        let reference = image(&render::film(&scene, &settings));
+        settings.spp = 8;
+        let tests = (2..17).map(|seed| {
+            settings.seed = seed;
+            image(&render::film(&scene, &settings))
+        });
+        assert_eq!(alarms_against(&reference, tests), 0, "{name}");
+    }
+}
+
+#[test]
+fn an_image_upside_down_is_biased_or_said_to_be_too_noisy_to_tell() {
+    for (name, flips_rows) in [("cornell", true), ("sky", false)] {
+        let scene = render::builtin(name);
+        let mut settings = render::settings(&scene, (64, 64), 64);
+        let reference = image(&render::film(&scene, &settings));
+        settings.seed = 2;
+        let mut test = image(&render::film(&scene, &settings));
+        let turn = |plane: &mut Vec<f32>| match flips_rows {
+            true => *plane = plane.chunks(64).rev().flatten().copied().collect(),
+            false => plane.chunks_mut(64).for_each(<[f32]>::reverse),
+        };
+        test.image.radiance.iter_mut().for_each(turn);
+        test.image.variance.iter_mut().flatten().for_each(turn);
+        let report = compare(&reference, &test, &Options::default()).unwrap();
+        assert_eq!(
+            report.verdict,
+            Verdict::Biased,
+            "{name}: {}",
+            report.summary
+        );
+        let report = compare(&bare(&reference), &bare(&test), &Options::default()).unwrap();
+        let says_so = report.summary.contains("so much noise");
+        assert!(
+            report.verdict == Verdict::Biased || says_so,
+            "{name}: {}",
+            report.summary
+        );
+    }
 }

@@ -53,6 +53,14 @@ fn images_without_noise_are_equal_or_biased() {
             "{width}x{height}"
         );
     }
+    let pair = [1.0, 100.0].map(|value| gray(3, 3, |_, _| value));
+    let report = compare(&pair[0], &pair[1], &Options::default()).unwrap();
+    assert_eq!(report.detectable, None);
+    assert!(
+        report.summary.contains("too few pixels"),
+        "{}",
+        report.summary
+    );
     let (black, one) = (gray(64, 64, |_, _| 0.0), gray(64, 64, |_, _| 1.0));
     assert_eq!(verdict(&black, &one), Verdict::Biased);
     assert_eq!(verdict(&one, &black), Verdict::Biased);

@@ -5,7 +5,7 @@ mod pictures;
 mod tables;
 mod text;
 
-use super::Outcome;
+use super::{Outcome, outputs};
 use crate::compare::flip::{self, Exposures};
 use crate::compare::{self, Options, Verdict};
 use crate::error::Result;
@@ -62,6 +62,9 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome> {
     };
     let layer = args.layer.as_deref();
     let test_layer = args.test_layer.as_deref().or(layer);
+    if let Some(page) = &args.html {
+        outputs::writable(page, &[&args.reference, &args.test])?;
+    }
     // While the blocks of one file are unpacked, those of the other can be read.
     let (reference, test) = rayon::join(
         || compare::read(&args.reference, layer),

@@ -15,7 +15,7 @@ pub(super) fn metrics(report: &Report) -> String {
         );
     };
     let expected = metrics.expected_mse.map_or(String::new(), |expected| {
-        format!("; noise alone makes {}", number(expected))
+        format!("; the variances announce {}", number(expected))
     });
     row(
         "MSE",
@@ -111,7 +111,7 @@ pub(super) fn channels(layer: &LayerReport) -> String {
     let rows = layer
         .channels
         .iter()
-        .map(|channel| channel_row(channel.channel, false, channel));
+        .map(|channel| channel_row(channel.channel, channel.biased, channel));
     format!(
         "{}<tbody>{}</tbody>",
         heads("Channel"),

@@ -31,7 +31,7 @@ fn write(out: &mut String, report: &Report) -> Result {
     writeln!(out)?;
     write!(out, "MSE {:.4e}", metrics.mse)?;
     if let Some(expected) = metrics.expected_mse {
-        write!(out, " (noise alone: {expected:.4e})")?;
+        write!(out, " (the variances announce {expected:.4e})")?;
     }
     write!(
         out,
