@@ -193,7 +193,7 @@ fn group(centred: &[f64], width: usize, side: usize) -> Group {
 ///
 /// A bias that is smooth all over looks like it as well. But then d is greater than its variances announce, where there are
 /// any (`expected`), or blocks that are too far apart to share a filter go together, and nothing is raised. No filter raises
-/// variances more than [`WIDEST`].
+/// variances more than that of a Gaussian one pixel wide.
 pub fn correlation(grid: &Grid, sums: &[Sums], expected: Option<&[f64]>) -> f64 {
     let scatter: f64 = sums.iter().map(|block| block.scatter).sum();
     let announced = expected.map(|blocks| blocks.iter().sum::<f64>());

@@ -13,7 +13,7 @@ pub struct Noise {
     /// Variance of d in each pixel: R, G, B, and what luminance has at most.
     pub expected: [Vec<f32>; 4],
     /// Samples of each pixel of the image that has fewer there; none where not both files say how many they have, or where
-    /// the variances of a single sample are not [`ALIKE`], so that the images come from different estimators: then a pixel
+    /// the variances of a single sample are not alike, so that the images come from different estimators: then a pixel
     /// can lack in both what only one of them finds.
     pub samples: Option<Vec<f32>>,
     /// Whether the images have about as many samples of one estimator, so that d is symmetric.
