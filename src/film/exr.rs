@@ -141,10 +141,8 @@ pub(crate) fn guard<T>(path: &Path, read: impl FnOnce(File) -> Result<T>) -> Res
     };
     let mut file = File::open(path).map_err(cannot)?;
     if file.metadata().is_ok_and(|found| !found.is_file()) {
-        return Err(Error::format(
-            path,
-            "it is no plain file; give the name of one",
-        ));
+        let what = "it is no plain file; give the name of one";
+        return Err(cannot(io::Error::other(what)));
     }
     let mut magic = [0; 4];
     let length = file.read(&mut magic).map_err(cannot)?;
