@@ -197,7 +197,7 @@ fn the_specification_names_every_budget() {
     for number in [
         format!("times {} for each edge", budget::GROWTH),
         format!("{} at most", budget::PARTED),
-        format!("Of {} paths one may part", budget::PATHS_PER_PARTING),
+        format!("One path in {} may part", budget::PATHS_PER_PARTING),
     ] {
         assert!(text.contains(&number), "{number}");
     }
