@@ -6,7 +6,8 @@ use super::noise::{self, Noise};
 use super::report::{
     BlockTest, ChannelReport, LayerReport, MeanTest, PixelTest, Relative, WorstBlock, WorstPixel,
 };
-use super::{Image, LUMINANCE, Layer};
+use super::{Image, Layer};
+use crate::lanes::Rgb;
 use rayon::prelude::*;
 
 /// The channels that are tested.
@@ -60,10 +61,9 @@ pub fn examine(
 }
 
 fn luminance([r, g, b]: &[Vec<f32>; 3]) -> Vec<f32> {
-    let weighted = |(r, g, b)| LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b;
     (r, g, b)
         .into_par_iter()
-        .map(|(r, g, b)| weighted((*r, *g, *b)))
+        .map(|(&r, &g, &b)| Rgb::new(r, g, b).luminance())
         .collect()
 }
 

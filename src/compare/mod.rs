@@ -35,9 +35,6 @@ use distributions::{least_of, score, two_sided};
 use examine::examine;
 use noise::Noise;
 
-/// Luminance of linear Rec. 709.
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
-
 /// What decides a verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {

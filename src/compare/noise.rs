@@ -1,8 +1,8 @@
 //! What noise the images' own variances announce, and pixels against it.
 
-use super::LUMINANCE;
 use super::blocks::{beyond, self_normalised};
 use super::image::{Image, Layer};
+use crate::lanes::Rgb;
 use rayon::prelude::*;
 
 /// By how much the variances of single samples may differ between images of one estimator.
@@ -57,8 +57,7 @@ impl Noise {
         let [r, g, b] = [0, 1, 2].map(of);
         // A weighted sum varies most where its terms vary together.
         let luminance = (&r, &g, &b).into_par_iter().map(|(&r, &g, &b)| {
-            let deviation =
-                LUMINANCE[0] * r.sqrt() + LUMINANCE[1] * g.sqrt() + LUMINANCE[2] * b.sqrt();
+            let deviation = Rgb::new(r.sqrt(), g.sqrt(), b.sqrt()).luminance();
             deviation * deviation
         });
         let luminance = luminance.collect();

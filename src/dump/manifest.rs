@@ -3,7 +3,7 @@
 use super::budget;
 use super::table::Table;
 use super::{Block, Dump, MOST_PATHS};
-use crate::film::PixelSums;
+use crate::film::{PixelSums, hexadecimal};
 use crate::npy::{Array, Numbers};
 use crate::render::Settings;
 use crate::scene::description::Description;
@@ -151,9 +151,7 @@ impl Manifest {
         };
         (manifest, all.files)
     }
-}
 
-impl Manifest {
     /// How many pixels there are, and samples of each; none where they are not those of its paths.
     pub fn pixels_and_samples(&self) -> Option<(usize, usize)> {
         let [x0, y0, x1, y1] = self.tile;
@@ -332,8 +330,7 @@ fn integers(of: impl Iterator<Item = u32>) -> Array {
 
 /// In hexadecimal.
 pub(super) fn sha256(bytes: &[u8]) -> String {
-    let hash = Sha256::digest(bytes);
-    hash.iter().map(|byte| format!("{byte:02x}")).collect()
+    hexadecimal(&Sha256::digest(bytes))
 }
 
 /// Documentation without its links.

@@ -1,5 +1,6 @@
 //! The hash that names a scene: that of all bytes it was read from.
 
+use crate::film::hexadecimal;
 use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::Read;
@@ -19,6 +20,5 @@ pub(super) fn add_file(path: &Path, hasher: &mut Sha256) -> std::io::Result<()> 
 
 /// What was added, in hexadecimal.
 pub(super) fn finish(hasher: Sha256) -> String {
-    let bytes = hasher.finalize();
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    hexadecimal(&hasher.finalize())
 }
