@@ -5,11 +5,15 @@ use crate::bvh::Quality;
 use crate::film::tonemap::Operator;
 use crate::film::{AovSet, Region};
 use crate::render::DEFAULT_WAVE;
-use crate::scene::description::{SamplerKind, Strategy, choices};
+use crate::scene::builtin;
+use crate::scene::cache::Cache;
+use crate::scene::description::{Description, SamplerKind, Strategy, choices};
+use crate::scene::toml::Change;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::Arc;
 use std::time::Duration;
 
 const EXAMPLES: &str = "\
@@ -27,6 +31,7 @@ Examples:
   ondine render room.toml --time 60                      the best image of one minute
   ondine render room.toml --crop 100,80,228,176 -o part.exr
   ondine render room.toml --aov albedo,normal,depth --tonemap aces --exposure -0.5
+  ondine render room.toml --set materials.ball.roughness=0.2 --set 'lights.0.radiance=[20, 18, 15]'
   ondine render room.toml --json | jq .mpaths_per_s
 
 The image depends on scene, settings and seed alone: threads and wave size do not change a bit of it.
@@ -78,6 +83,8 @@ pub(super) struct RenderArgs {
           allow_negative_numbers = true, value_parser = whole::<u32>)]
     pub spp: Option<u32>,
     #[command(flatten)]
+    pub changes: ChangeArgs,
+    #[command(flatten)]
     pub settings: SettingsArgs,
     /// Render only these pixels of the image; x1,y1 lies past the last
     #[arg(
@@ -127,6 +134,29 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = DEFAULT_WAVE, help_heading = "Running",
           allow_negative_numbers = true, value_parser = whole::<u32>)]
     pub wave: u32,
+}
+
+/// Other values for what a scene file says.
+#[derive(Args, Debug)]
+pub(super) struct ChangeArgs {
+    /// Change a value of a .toml scene before it is read, as in materials.ball.roughness=0.2; may be given several times
+    #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Image")]
+    set: Vec<String>,
+}
+
+impl ChangeArgs {
+    /// The scene, changed.
+    ///
+    /// # Errors
+    /// As [`builtin::open_changed`].
+    pub fn open(&self, scene: &str) -> crate::error::Result<Description> {
+        let changes = self
+            .set
+            .iter()
+            .map(|text| Change::parse(text).map(Arc::new));
+        let changes = changes.collect::<crate::error::Result<Vec<_>>>()?;
+        builtin::open_changed(scene, &changes, &mut Cache::default())
+    }
 }
 
 /// What decides the bits of an image, beside the scene and the samples.

@@ -9,13 +9,12 @@ use crate::error::Result;
 use crate::film::tonemap::Tonemap;
 use crate::film::{MAX_SAMPLES, exr, png};
 use crate::render::{Control, Settings, render, workers};
-use crate::scene::builtin;
 use crate::scene::description::Description;
 use std::time::Instant;
 
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     let begin = Instant::now();
-    let scene = builtin::open(&args.scene)?;
+    let scene = args.changes.open(&args.scene)?;
     let load = begin.elapsed();
     for warning in &scene.warnings {
         super::say(format_args!("warning: {warning}"));
