@@ -1,7 +1,8 @@
 //! Raw arguments: what can be typed. What it means together is for the commands to check.
 
-use super::{compare, dump, sh};
+use super::{batch, compare, dump, sh};
 use crate::bvh::Quality;
+pub(super) use crate::film::parse_size as size;
 use crate::film::tonemap::Operator;
 use crate::film::{AovSet, Region};
 use crate::render::DEFAULT_WAVE;
@@ -23,7 +24,7 @@ Examples:
   ondine render room.toml --spp 1024 -o room-fine.exr
   ondine info room-fine.exr                what it holds
 
-Exit codes: 0 done, 1 the answer is no (compare, dump --check), 2 bad input or usage, 130 interrupted.";
+Exit codes: 0 done, 1 the answer is no (compare, dump --check) or a job failed (batch), 2 bad input or usage, 130 interrupted.";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
@@ -56,6 +57,8 @@ pub(super) struct Arguments {
 pub(super) enum Command {
     /// Render a scene to an OpenEXR image and a PNG
     Render(RenderArgs),
+    /// Render the jobs of a file: scenes, cameras, parameters
+    Batch(batch::BatchArgs),
     /// Tell noise from bias in two images of one scene
     Compare(compare::CompareArgs),
     /// Show what a scene or an OpenEXR image holds
@@ -298,12 +301,6 @@ pub(super) fn within(text: &str, low: usize, high: usize) -> Result<usize, Strin
         .ok()
         .filter(|number| (low..=high).contains(number))
         .ok_or_else(|| format!("write a whole number from {low} to {high}"))
-}
-
-pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
-    text.split_once(['x', 'X', '×'])
-        .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)))
-        .ok_or_else(|| "write width and height in pixels, as in 640x480".to_owned())
 }
 
 pub(super) fn exposure(text: &str) -> Result<f32, String> {
