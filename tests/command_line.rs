@@ -5,6 +5,7 @@
 mod small_disk;
 
 mod command_line {
+    mod batch;
     mod comparison;
     mod comparison_page;
     mod dump;
