@@ -159,6 +159,7 @@ pub mod error;
 pub mod film;
 pub mod lanes;
 pub mod material;
+pub mod merge;
 pub mod npy;
 pub mod render;
 pub mod sampling;

@@ -64,7 +64,7 @@ fn the_grid_is_every_combination_and_the_seed_varies_fastest() {
     );
     let hashes: Vec<_> = jobs
         .iter()
-        .map(|job| job.ready.as_ref().unwrap().scene_hash.clone())
+        .map(|job| job.ready.as_ref().unwrap().scene_hash().to_owned())
         .collect();
     assert_eq!(hashes[0], hashes[1]);
     assert_ne!(hashes[1], hashes[2]);

@@ -2,6 +2,7 @@
 //! [there already](standing::Standing) is left alone, and the rest is [rendered](run::run) and [recorded](record).
 
 pub mod file;
+mod image;
 pub mod plan;
 pub mod record;
 pub mod run;

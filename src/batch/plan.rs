@@ -4,6 +4,7 @@
 use super::file::{Asked, Cameras, Grid, JobFile, Setting};
 use super::template::{FIELDS, Field};
 use crate::error::{Error, Result};
+use crate::film::exr::ImageHeader;
 use crate::film::tonemap::Tonemap;
 use crate::render::{Settings, find_camera};
 use crate::scene::builtin;
@@ -34,8 +35,8 @@ pub struct Job {
 /// What is known of a job whose scene can be read.
 #[derive(Clone, Debug)]
 pub struct Ready {
-    /// The hash of the scene, changes included.
-    pub scene_hash: Arc<str>,
+    /// What the image is to say of itself; it leaves open what program makes it.
+    pub header: ImageHeader,
     /// What is rendered; the camera is named.
     pub settings: Settings,
     /// The image.
@@ -45,6 +46,16 @@ pub struct Ready {
 }
 
 impl Ready {
+    /// The hash of the scene, changes included.
+    pub fn scene_hash(&self) -> &str {
+        &self.header.metadata.scene_hash
+    }
+
+    /// What there is of the image while it is not finished.
+    pub fn checkpoint_path(&self) -> PathBuf {
+        self.exr.with_extension("checkpoint.exr")
+    }
+
     /// Where the picture is.
     pub fn png_path(&self) -> PathBuf {
         self.exr.with_extension("png")
@@ -218,7 +229,7 @@ fn ready(
         .and_then(|()| find_camera(scene, &settings).map(drop));
     checked.map_err(|error| error.to_string())?;
     Ok(Ready {
-        scene_hash: scene.hash.as_str().into(),
+        header: settings.header(scene, ""),
         settings,
         exr: PathBuf::new(),
         png: asked.png(),

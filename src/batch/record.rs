@@ -151,7 +151,7 @@ impl<'a> Image<'a> {
         let settings = &ready.settings;
         let r = settings.region;
         Self {
-            scene_hash: &ready.scene_hash,
+            scene_hash: ready.scene_hash(),
             camera: settings.camera.as_deref(),
             width: settings.width,
             height: settings.height,

@@ -1,15 +1,18 @@
-//! Jobs become images, one after the other.
+//! Jobs become images, several at a time.
 
+use super::image;
 use super::plan::{Job, Ready};
 use super::scenes::Scenes;
 use super::standing::Standing;
+use crate::bvh::Quality;
 use crate::error::{Error, Result};
-use crate::film::{Film, Metadata, exr, png};
-use crate::render::{self, Rendered, Settings, workers};
+use crate::film::Metadata;
+use crate::render::{self, Frame, Jobs, Rendered, Settings, all_processors, find_camera, many};
+use crate::scene::Scene;
 use crate::scene::description::Description;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 /// How a batch is watched and stopped, and what it has of the machine.
 pub struct Control<'a> {
@@ -19,12 +22,14 @@ pub struct Control<'a> {
     pub progress: &'a (dyn Fn(u64) + Sync),
     /// Workers; as many as the machine has cores without it.
     pub threads: Option<usize>,
+    /// Time from one checkpoint of an image to the next; none without it.
+    pub checkpoint: Option<Duration>,
     /// The instruction sets that the program was compiled for, which images name.
     pub target_features: &'a str,
     /// Whether an image fits in memory.
-    pub fits: &'a dyn Fn(&Settings) -> Result<()>,
+    pub fits: &'a (dyn Fn(&Settings) -> Result<()> + Sync),
     /// Called as each job ends. An error of it ends the batch.
-    pub ended: &'a mut dyn FnMut(&Job, Ended) -> Result<()>,
+    pub ended: &'a mut (dyn FnMut(&Job, Ended) -> Result<()> + Send),
 }
 
 /// A job that came to an end.
@@ -32,7 +37,7 @@ pub struct Control<'a> {
 pub struct Ended {
     /// What came of it.
     pub outcome: Outcome,
-    /// How long it took: opening the scene, rendering, writing.
+    /// Seconds from opening its scene until its files were there; other jobs may have been under way.
     pub seconds: f64,
     /// Camera paths traced.
     pub paths: u64,
@@ -54,7 +59,7 @@ pub enum Outcome {
     Skipped,
     /// Why there are none.
     Failed(String),
-    /// It was stopped; nothing of it is there.
+    /// It was stopped; the samples traced until then are in its checkpoint.
     Interrupted,
 }
 
@@ -73,122 +78,197 @@ impl Outcome {
 /// Renders jobs and writes their files. What fails is told to [`Control::ended`], and the others go on.
 ///
 /// # Errors
-/// That of [`Control::ended`].
-pub fn run(jobs: &[&Job], scenes: &mut Scenes, control: &mut Control) -> Result<()> {
-    for job in jobs {
-        if control.stop.load(Ordering::Relaxed) {
-            break;
+/// That of [`Control::ended`]; [`Error::Usage`] where threads cannot be started.
+pub fn run(jobs: &[&Job], scenes: &mut Scenes, control: Control) -> Result<()> {
+    let threads = control.threads.unwrap_or_else(all_processors);
+    let queue = Queue {
+        desk: Mutex::new(Desk {
+            waiting: jobs.iter(),
+            scenes,
+            compiled: None,
+        }),
+        told: Mutex::new(Told {
+            ended: control.ended,
+            failure: None,
+        }),
+        stop: control.stop,
+        checkpoint: control.checkpoint,
+        target_features: control.target_features,
+        fits: control.fits,
+    };
+    let watch = render::Control {
+        stop: control.stop,
+        progress: control.progress,
+    };
+    many(&queue, threads, &watch)?;
+    let told = queue.told.into_inner();
+    match told.unwrap_or_else(PoisonError::into_inner).failure {
+        Some(error) => Err(error),
+        None => Ok(()),
+    }
+}
+
+/// The jobs that wait, and who is told of those that end.
+struct Queue<'a> {
+    desk: Mutex<Desk<'a>>,
+    told: Mutex<Told<'a>>,
+    stop: &'a AtomicBool,
+    checkpoint: Option<Duration>,
+    target_features: &'a str,
+    fits: &'a (dyn Fn(&Settings) -> Result<()> + Sync),
+}
+
+struct Desk<'a> {
+    waiting: std::slice::Iter<'a, &'a Job>,
+    scenes: &'a mut Scenes,
+    /// The last scene, compiled: jobs of one scene follow each other.
+    compiled: Option<(Arc<Description>, Arc<Scene>)>,
+}
+
+struct Told<'a> {
+    ended: &'a mut (dyn FnMut(&Job, Ended) -> Result<()> + Send),
+    failure: Option<Error>,
+}
+
+/// A job under way.
+struct Current<'a> {
+    job: &'a Job,
+    ready: &'a Ready,
+    begin: Instant,
+    /// What its image will say, but for what is in it.
+    metadata: Metadata,
+    /// What it goes on from.
+    before: Option<Metadata>,
+}
+
+/// What a job comes to before it is traced.
+enum Made<'a> {
+    Frame(Box<(Current<'a>, Frame)>),
+    /// There was nothing to trace.
+    Ended(Ended),
+}
+
+impl<'a> Jobs for Queue<'a> {
+    type Job = Current<'a>;
+
+    fn next(&self) -> Option<(Current<'a>, Frame)> {
+        loop {
+            if self.stop.load(Ordering::Relaxed) {
+                return None;
+            }
+            let mut desk = lock(&self.desk);
+            let job = *desk.waiting.next()?;
+            let begin = Instant::now();
+            let made = self.make(job, begin, &mut desk);
+            drop(desk);
+            match made {
+                Ok(Made::Frame(framed)) => return Some(*framed),
+                Ok(Made::Ended(ended)) => self.tell(job, begin, ended),
+                Err(error) => self.tell(job, begin, failed(&error)),
+            }
         }
-        let begin = Instant::now();
-        let mut ended = make(job, scenes, control).unwrap_or_else(|error| Ended {
-            outcome: Outcome::Failed(error.to_string()),
-            ..Ended::default()
-        });
+    }
+
+    fn keep(&self, current: &Current<'a>, so_far: Rendered) {
+        // Without a checkpoint, the image is rendered all the same.
+        let _ = image::keep(current.ready, &so_far.film, &current.metadata_of(&so_far));
+    }
+
+    fn finish(&self, current: &Current<'a>, rendered: Rendered) {
+        let ended = image::finish(current.ready, &rendered, &current.metadata_of(&rendered));
+        let ended = ended.unwrap_or_else(|error| failed(&error));
+        self.tell(current.job, current.begin, ended);
+    }
+}
+
+impl<'a> Queue<'a> {
+    /// Makes a job ready to be traced.
+    fn make(&self, job: &'a Job, begin: Instant, desk: &mut Desk) -> Result<Made<'a>> {
+        let ready = job
+            .ready
+            .as_ref()
+            .map_err(|why| Error::Usage(why.clone()))?;
+        if Standing::of_image(ready) == Standing::WithoutPng {
+            return image::develop(ready).map(Made::Ended);
+        }
+        let description = desk.scenes.open(&job.scene, &job.changes)?;
+        if description.hash != ready.scene_hash() {
+            return Err(Error::Usage(format!(
+                "{}: the scene was changed while the batch ran; run it again",
+                job.scene
+            )));
+        }
+        (self.fits)(&ready.settings)?;
+        image::create_folder(&ready.exr)?;
+        let header = ready.settings.header(&description, self.target_features);
+        let (before, film) = match image::before(ready, &header) {
+            Some((film, metadata)) => (Some(metadata.clone()), Some((film, metadata.blocks))),
+            None => (None, None),
+        };
+        let camera = find_camera(&description, &ready.settings)?;
+        let scene = desk.compiled(description);
+        let frame = Frame::new(&ready.settings, camera, scene, film)?;
+        let current = Current {
+            job,
+            ready,
+            begin,
+            metadata: header.metadata,
+            before,
+        };
+        let frame = frame.checkpoint_every(self.checkpoint);
+        Ok(Made::Frame(Box::new((current, frame))))
+    }
+
+    fn tell(&self, job: &Job, begin: Instant, mut ended: Ended) {
         ended.seconds = begin.elapsed().as_secs_f64();
-        (control.ended)(job, ended)?;
+        let mut told = lock(&self.told);
+        if told.failure.is_none()
+            && let Err(error) = (told.ended)(job, ended)
+        {
+            told.failure = Some(error);
+            self.stop.store(true, Ordering::Relaxed);
+        }
     }
-    Ok(())
 }
 
-/// Makes the files of a job.
-fn make(job: &Job, scenes: &mut Scenes, control: &Control) -> Result<Ended> {
-    let ready = job
-        .ready
-        .as_ref()
-        .map_err(|why| Error::Usage(why.clone()))?;
-    if Standing::of_image(ready) == Standing::WithoutPng {
-        return develop(ready);
+impl Desk<'_> {
+    fn compiled(&mut self, description: Arc<Description>) -> Arc<Scene> {
+        match &self.compiled {
+            Some((of, scene)) if Arc::ptr_eq(of, &description) => scene.clone(),
+            _ => {
+                // The one before is not needed while the next is built.
+                self.compiled = None;
+                let scene = Arc::new(Scene::compile_with(&description, Quality::default()));
+                self.compiled = Some((description, scene.clone()));
+                scene
+            }
+        }
     }
-    let scene = scenes.open(&job.scene, &job.changes)?;
-    if *scene.hash != *ready.scene_hash {
-        return Err(Error::Usage(format!(
-            "{}: the scene was changed while the batch ran; run it again",
-            job.scene
-        )));
+}
+
+impl Current<'_> {
+    fn metadata_of(&self, rendered: &Rendered) -> Metadata {
+        let (seconds, rays) = match &self.before {
+            Some(before) => (before.seconds, before.rays),
+            None => (0.0, 0),
+        };
+        Metadata {
+            blocks: rendered.coverage.clone(),
+            seconds: seconds + rendered.stats.render.as_secs_f64(),
+            rays: rays.saturating_add(rendered.stats.rays()),
+            interrupted: rendered.interrupted,
+            ..self.metadata.clone()
+        }
     }
-    let settings = Settings {
-        threads: control.threads,
-        ..ready.settings.clone()
-    };
-    (control.fits)(&settings)?;
-    create_folder(&ready.exr)?;
-    let rendered = render::render(
-        &scene,
-        &settings,
-        &render::Control {
-            stop: control.stop,
-            progress: control.progress,
-        },
-    )?;
-    let mut ended = Ended {
-        outcome: Outcome::Interrupted,
-        paths: rendered.stats.paths(),
-        rays: rendered.stats.rays(),
-        rejected: rendered.film.rejected(),
+}
+
+fn failed(error: &Error) -> Ended {
+    Ended {
+        outcome: Outcome::Failed(error.to_string()),
         ..Ended::default()
-    };
-    if !rendered.interrupted {
-        let metadata = metadata(&scene, &settings, &rendered, control.target_features);
-        let pool = workers(rendered.stats.threads)?;
-        pool.install(|| write(ready, &rendered.film, &metadata))?;
-        ended.image_hash = Some(rendered.film.image_hash());
-        ended.outcome = Outcome::Done;
     }
-    Ok(ended)
 }
 
-/// The picture of an image that is there.
-fn develop(ready: &Ready) -> Result<Ended> {
-    let (film, _) = exr::read(&ready.exr)?;
-    if let Some(tonemap) = ready.png {
-        png::write(&ready.png_path(), &film, tonemap)?;
-    }
-    Ok(Ended {
-        image_hash: Some(film.image_hash()),
-        ..Ended::default()
-    })
-}
-
-/// The image last: where it is, the job is done.
-fn write(ready: &Ready, film: &Film, metadata: &Metadata) -> Result<()> {
-    if let Some(tonemap) = ready.png {
-        png::write(&ready.png_path(), film, tonemap)?;
-    }
-    exr::write(&ready.exr, film, metadata)
-}
-
-fn create_folder(file: &Path) -> Result<()> {
-    let Some(folder) = file.parent() else {
-        return Ok(());
-    };
-    std::fs::create_dir_all(folder).map_err(|source| Error::Write {
-        path: folder.to_owned(),
-        source,
-    })
-}
-
-/// What the image says of a render that came to its end.
-fn metadata(
-    scene: &Description,
-    settings: &Settings,
-    rendered: &Rendered,
-    target_features: &str,
-) -> Metadata {
-    Metadata {
-        scene: scene.name.clone(),
-        scene_hash: scene.hash.clone(),
-        camera: settings.camera.clone().unwrap_or_default(),
-        seed: settings.seed,
-        spp: settings.spp,
-        sample_ranges: std::iter::once(0..settings.spp).collect(),
-        path_length: settings.path_length,
-        strategy: settings.strategy.to_string(),
-        sampler: settings.sampler.to_string(),
-        roulette: settings.roulette,
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        target_features: target_features.to_owned(),
-        seconds: rendered.stats.render.as_secs_f64(),
-        rays: rendered.stats.rays(),
-        interrupted: false,
-    }
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

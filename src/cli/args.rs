@@ -1,10 +1,10 @@
 //! Raw arguments: what can be typed. What it means together is for the commands to check.
 
-use super::{batch, compare, dump, sh};
+use super::{batch, compare, dump, merge, sh};
 use crate::bvh::Quality;
 pub(super) use crate::film::parse_size as size;
 use crate::film::tonemap::Operator;
-use crate::film::{AovSet, Region};
+use crate::film::{AovSet, Region, Shard};
 use crate::render::DEFAULT_WAVE;
 use crate::scene::builtin;
 use crate::scene::cache::Cache;
@@ -12,6 +12,7 @@ use crate::scene::description::{Description, SamplerKind, Strategy, choices};
 use crate::scene::toml::Change;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
+use std::ops::Range;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -34,6 +35,8 @@ Examples:
   ondine render room.toml --aov albedo,normal,depth --tonemap aces --exposure -0.5
   ondine render room.toml --set materials.ball.roughness=0.2 --set 'lights.0.radiance=[20, 18, 15]'
   ondine render room.toml --json | jq .mpaths_per_s
+  ondine render room.toml --spp 4096 --resume            again after a kill: it goes on
+  ondine render room.toml --shard 3/16 -o part-3.exr     one part; `ondine merge part-*.exr -o room.exr`
 
 The image depends on scene, settings and seed alone: threads and wave size do not change a bit of it.
 Ctrl-C writes what there is and exits with 130; a second Ctrl-C quits at once.";
@@ -59,6 +62,8 @@ pub(super) enum Command {
     Render(RenderArgs),
     /// Render the jobs of a file: scenes, cameras, parameters
     Batch(batch::BatchArgs),
+    /// Put parts of an image together, bit for bit the whole
+    Merge(merge::MergeArgs),
     /// Tell noise from bias in two images of one scene
     Compare(compare::CompareArgs),
     /// Show what a scene or an OpenEXR image holds
@@ -98,20 +103,31 @@ pub(super) struct RenderArgs {
     )]
     pub crop: Option<Region>,
 
+    /// Render one part of N, for `ondine merge` to put together; K from 1
+    #[arg(
+        long,
+        value_name = "K/N",
+        help_heading = "Parts",
+        allow_hyphen_values = true
+    )]
+    pub shard: Option<Shard>,
+    /// Render these samples of each pixel, counted from 0; the last is not among them, and says what --spp would
+    #[arg(long, value_name = "a..b", help_heading = "Parts", allow_hyphen_values = true,
+          value_parser = samples, conflicts_with_all = ["spp", "time"])]
+    pub samples: Option<Range<u32>>,
+    /// Go on from the checkpoint, or from OUT.exr itself; what is there already is not rendered again
+    #[arg(long, help_heading = "Parts")]
+    pub resume: bool,
+    /// Write OUT.checkpoint.exr every so many seconds, for --resume to go on from [default: 60 with --resume]
+    #[arg(long, value_name = "SECONDS", help_heading = "Parts",
+          allow_negative_numbers = true, value_parser = seconds)]
+    pub checkpoint: Option<Duration>,
+
     /// The image to write [default: SCENE.exr in this folder]; the PNG goes beside it
     #[arg(short, long, value_name = "OUT.exr", help_heading = "Output")]
     pub output: Option<PathBuf>,
-    /// Write no PNG
-    #[arg(long, help_heading = "Output")]
-    pub no_png: bool,
-    /// Tone curve of the PNG
-    #[arg(long, value_name = "CURVE", default_value = "linear", help_heading = "Output",
-          value_parser = choice::<Operator>(&["linear", "reinhard", "aces"]))]
-    pub tonemap: Operator,
-    /// Exposure of the PNG: radiance times 2^EV
-    #[arg(long, value_name = "EV", default_value = "0", help_heading = "Output",
-          allow_negative_numbers = true, value_parser = exposure)]
-    pub exposure: f32,
+    #[command(flatten)]
+    pub picture: PictureArgs,
     /// Extra layers of the EXR: albedo, normal, depth of the first surface met; bounces: radiance by path length
     #[arg(long, value_name = "LIST", help_heading = "Output")]
     pub aov: Option<AovSet>,
@@ -160,6 +176,22 @@ impl ChangeArgs {
         let changes = changes.collect::<crate::error::Result<Vec<_>>>()?;
         builtin::open_changed(scene, &changes, &mut Cache::default())
     }
+}
+
+/// The picture beside an image.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct PictureArgs {
+    /// Write no PNG
+    #[arg(long, help_heading = "Output")]
+    pub no_png: bool,
+    /// Tone curve of the PNG
+    #[arg(long, value_name = "CURVE", default_value = "linear", help_heading = "Output",
+          value_parser = choice::<Operator>(&["linear", "reinhard", "aces"]))]
+    pub tonemap: Operator,
+    /// Exposure of the PNG: radiance times 2^EV
+    #[arg(long, value_name = "EV", default_value = "0", help_heading = "Output",
+          allow_negative_numbers = true, value_parser = exposure)]
+    pub exposure: f32,
 }
 
 /// What decides the bits of an image, beside the scene and the samples.
@@ -312,7 +344,7 @@ pub(super) fn exposure(text: &str) -> Result<f32, String> {
         })
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     /// About thirty years.
     const LONGEST: f64 = 1e9;
     text.parse()
@@ -320,4 +352,12 @@ fn seconds(text: &str) -> Result<Duration, String> {
         .filter(|&seconds| seconds > 0.0 && seconds <= LONGEST)
         .map(Duration::from_secs_f64)
         .ok_or_else(|| "a time is a number of seconds above 0 and at most 1e9".to_owned())
+}
+
+/// A range of sample indices, not empty.
+pub(super) fn samples(text: &str) -> std::result::Result<Range<u32>, String> {
+    text.split_once("..")
+        .and_then(|(from, to)| Some(from.trim().parse().ok()?..to.trim().parse().ok()?))
+        .filter(|samples: &Range<u32>| !samples.is_empty())
+        .ok_or_else(|| "write the first sample and the one past the last, as in 0..16".to_owned())
 }

@@ -1,6 +1,6 @@
 //! `ondine batch`: the jobs of a file, those that are not there yet rendered.
 
-use super::args::threads;
+use super::args::{seconds as time_span, threads};
 use super::outputs::is_same;
 use super::progress::{Progress, metric};
 use super::report::{counted, seconds};
@@ -19,7 +19,7 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -75,6 +75,10 @@ pub(super) struct BatchArgs {
     #[arg(long, value_name = "N", help_heading = "Running",
           allow_negative_numbers = true, value_parser = threads)]
     threads: Option<usize>,
+    /// Keep what there is of each image from time to time, to go on from after a crash
+    #[arg(long, value_name = "SECONDS", help_heading = "Running",
+          allow_negative_numbers = true, value_parser = time_span)]
+    checkpoint: Option<Duration>,
 }
 
 pub(super) fn run(args: &BatchArgs) -> Result<Outcome> {
@@ -281,17 +285,18 @@ fn render(
         .try_for_each(|(job, of)| ended(job, of));
     let stop = interrupt::listen();
     let ran = listened.and_then(|()| {
-        let mut control = Control {
+        let control = Control {
             stop,
             progress: &|paths| progress.add(paths),
             threads: args.threads,
+            checkpoint: args.checkpoint,
             target_features: &target_features(),
             fits: &|settings| {
                 memory::check(settings, 1, "choose a smaller size, or parts with crop")
             },
             ended: &mut ended,
         };
-        run::run(&waiting, scenes, &mut control)
+        run::run(&waiting, scenes, control)
     });
     progress.finish();
     // What is done is done, whatever ended the batch.

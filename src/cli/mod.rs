@@ -11,12 +11,14 @@ mod info_image;
 mod info_scene;
 mod interrupt;
 mod memory;
+mod merge;
 mod outputs;
 mod plot;
 mod progress;
 mod rays;
 mod render;
 mod report;
+mod resume;
 mod scenes;
 mod sh;
 mod target;
@@ -60,6 +62,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
     let outcome = match &arguments.command {
         Command::Render(args) => render::run(args),
         Command::Batch(args) => batch::run(args),
+        Command::Merge(args) => merge::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Info(args) => info::run(args),
         Command::Rays(args) => rays::run(args),

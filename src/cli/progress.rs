@@ -83,6 +83,11 @@ impl Progress {
             .set_message(format!("{ended} of {} jobs", self.jobs.1));
     }
 
+    /// Says something on stderr, above the bar.
+    pub fn say(&self, message: impl std::fmt::Display) {
+        self.bar.suspend(|| super::say(message));
+    }
+
     /// Takes the bar away: what is said next has the line to itself.
     pub fn finish(&self) {
         self.bar.finish_and_clear();

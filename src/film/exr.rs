@@ -181,29 +181,136 @@ fn foreign(path: &Path, why: impl std::fmt::Display) -> Error {
     )
 }
 
+/// What the header of an image says, without its pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageHeader {
+    /// Columns of the full image.
+    pub width: u32,
+    /// Rows of the full image.
+    pub height: u32,
+    /// The pixels that are stored.
+    pub region: Region,
+    /// The AOVs that are stored.
+    pub aovs: AovSet,
+    /// What is known of its render.
+    pub metadata: Metadata,
+    /// [`Film::image_hash`]; only [`read`] makes sure that the pixels have it.
+    pub image_hash: String,
+}
+
+impl ImageHeader {
+    /// The first thing, beside the number of samples, in which another image is not a part of this one: what it is, this
+    /// image's value and the other's.
+    pub fn difference(&self, other: &Self) -> Option<(&'static str, String, String)> {
+        let size = |header: &Self| format!("{}x{}", header.width, header.height);
+        let layers = |header: &Self| match (header.aovs.to_string(), header.aovs.lengths) {
+            (list, _) if list.is_empty() => "none".to_owned(),
+            (list, 0) => list,
+            (list, lengths) => format!("{list} ({lengths} path lengths)"),
+        };
+        let scene = self.metadata.difference(&other.metadata);
+        if let Some(("scene", ..)) = scene {
+            return scene;
+        }
+        if size(self) != size(other) {
+            return Some(("size", size(self), size(other)));
+        }
+        if self.aovs != other.aovs {
+            return Some(("list of AOVs", layers(self), layers(other)));
+        }
+        scene
+    }
+}
+
+/// Reads the header of an image that [`write()`] wrote, and makes sure that the file is not cut short.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_header(path: &Path) -> Result<ImageHeader> {
+    guard(path, |file| {
+        let opened = Opened::new(path, file)?;
+        // Blocks lie in their order: where the last one is, all are.
+        let last = opened.meta.enumerate_ordered_header_block_indices().last();
+        let last = last.map(|(_, block)| block.pixel_position);
+        let chunks = opened
+            .reader
+            .filter_chunks(false, |_, _, block| Some(block.pixel_position) == last)
+            .map_err(|error| cannot_decode(path, error))?;
+        for chunk in chunks {
+            chunk.map_err(|error| cannot_decode(path, error))?;
+        }
+        Ok(opened.header)
+    })
+}
+
+/// An image of which the header is read.
+struct Opened {
+    reader: ::exr::block::reader::Reader<BufReader<File>>,
+    meta: MetaData,
+    header: ImageHeader,
+    rejected: u64,
+    /// For each channel, the exact numbers it holds, if any.
+    sources: Vec<Option<Exact>>,
+}
+
+impl Opened {
+    fn new(path: &Path, file: File) -> Result<Self> {
+        let cannot = |error| cannot_decode(path, error);
+        let bytes = file.metadata().map_or(0, |m| m.len());
+        let reader =
+            ::exr::block::read(BufReader::with_capacity(1 << 18, file), false).map_err(cannot)?;
+        let meta = reader.meta_data().clone();
+        let [header] = &meta.headers[..] else {
+            return Err(foreign(path, "it has several parts"));
+        };
+        if header.deep || header.blocks != BlockDescription::ScanLines {
+            return Err(foreign(path, "it is deep or tiled"));
+        }
+        // Deflate shrinks at most 1032-fold (zlib's technical notes): more pixels than that are a lie, and much memory.
+        let area = header.layer_size.0 as u128 * header.layer_size.1 as u128;
+        let claimed = area * header.channels.bytes_per_pixel.max(1) as u128;
+        if claimed > u128::from(bytes) * 1100 {
+            return Err(damaged(path, "it has fewer bytes than its size needs"));
+        }
+        let (aovs, sources) = exact_channels(header).map_err(|why| foreign(path, why))?;
+        let (metadata, facts) = Metadata::from_attributes(&header.own_attributes.other)
+            .map_err(|why| foreign(path, why))?;
+        let (width, height, region) = windows(header)
+            .filter(|(width, height, region)| {
+                Region::full(*width, *height).contains(metadata.crop)
+                    && metadata.crop.contains(*region)
+                    && !region.is_empty()
+            })
+            .ok_or_else(|| foreign(path, "its windows do not fit"))?;
+        Ok(Self {
+            header: ImageHeader {
+                width,
+                height,
+                region,
+                aovs,
+                metadata,
+                image_hash: facts.image_hash,
+            },
+            rejected: facts.rejected,
+            sources,
+            reader,
+            meta,
+        })
+    }
+}
+
 fn decode(path: &Path, file: File) -> Result<(Film, Metadata)> {
     let cannot = |error| cannot_decode(path, error);
-    let bytes = file.metadata().map_or(0, |m| m.len());
-    let reader =
-        ::exr::block::read(BufReader::with_capacity(1 << 18, file), false).map_err(cannot)?;
-    let meta = reader.meta_data().clone();
-    let [header] = &meta.headers[..] else {
-        return Err(foreign(path, "it has several parts"));
-    };
-    if header.deep || header.blocks != BlockDescription::ScanLines {
-        return Err(foreign(path, "it is deep or tiled"));
-    }
-    // Deflate shrinks at most 1032-fold (zlib's technical notes): more pixels than that are a lie, and much memory.
-    let area = header.layer_size.0 as u128 * header.layer_size.1 as u128;
-    let claimed = area * header.channels.bytes_per_pixel.max(1) as u128;
-    if claimed > u128::from(bytes) * 1100 {
-        return Err(damaged(path, "it has fewer bytes than its size needs"));
-    }
-    let (aovs, sources) = exact_channels(header).map_err(|why| foreign(path, why))?;
-    let (metadata, facts) = Metadata::from_attributes(&header.own_attributes.other)
-        .map_err(|why| foreign(path, why))?;
-    let mut film =
-        empty_film(header, aovs).ok_or_else(|| foreign(path, "its windows do not fit"))?;
+    let Opened {
+        reader,
+        meta,
+        header: image,
+        rejected,
+        sources,
+    } = Opened::new(path, file)?;
+    let header = &meta.headers[0];
+    let mut film = Film::new(image.width, image.height, image.region, image.aovs)
+        .map_err(|_| foreign(path, "its windows do not fit"))?;
 
     let mut chunks = reader.all_chunks(false).map_err(cannot)?;
     let mut rows = vec![false; film.region().height() as usize];
@@ -236,14 +343,14 @@ fn decode(path: &Path, file: File) -> Result<(Film, Metadata)> {
         ));
     }
     // The format has no checksum of its own that all decoders look at.
-    if film.image_hash() != facts.image_hash {
+    if film.image_hash() != image.image_hash {
         return Err(damaged(
             path,
             "its pixels do not have the hash that it names",
         ));
     }
-    film.set_rejected(facts.rejected);
-    Ok((film, metadata))
+    film.set_rejected(rejected);
+    Ok((film, image.metadata))
 }
 
 /// The AOVs of a file, and for each of its channels the exact numbers it holds, if any.
@@ -277,8 +384,8 @@ fn exact_channels(header: &Header) -> std::result::Result<(AovSet, Vec<Option<Ex
     Ok((aovs, sources))
 }
 
-/// A film of the windows that a file claims.
-fn empty_film(header: &Header, aovs: AovSet) -> Option<Film> {
+/// The size and the stored pixels that a file claims.
+fn windows(header: &Header) -> Option<(u32, u32, Region)> {
     let display = header.shared_attributes.display_window;
     let position = header.own_attributes.layer_position;
     if display.position != Vec2(0, 0) {
@@ -295,7 +402,7 @@ fn empty_film(header: &Header, aovs: AovSet) -> Option<Film> {
         y1: y0.checked_add(u32::try_from(header.layer_size.1).ok()?)?,
     };
     let side = |length| u32::try_from(length).ok();
-    Film::new(side(display.size.0)?, side(display.size.1)?, region, aovs).ok()
+    Some((side(display.size.0)?, side(display.size.1)?, region))
 }
 
 /// Puts a block's exact channels into the film; what is wrong with it.

@@ -11,21 +11,25 @@ pub mod png;
 pub mod tonemap;
 
 mod aov;
+mod coverage;
 mod describe;
 mod metadata;
 mod planes;
 mod raster;
 mod region;
+mod shard;
 mod whole_file;
 
 pub use add::{BlockSum, Layers, block_sum};
 pub use aov::{AovSample, AovSet};
+pub use coverage::{Coverage, Passes};
 pub use describe::{Channel, ExrDescription, Part, describe};
 pub use exact::MAX_SAMPLES;
 pub use metadata::Metadata;
 pub use raster::Raster;
 pub use region::{Region, parse_size};
-pub use whole_file::write_whole;
+pub use shard::Shard;
+pub use whole_file::{remove_leftovers, write_whole};
 
 use crate::error::{Error, Result};
 use exact::{Square, Sum};

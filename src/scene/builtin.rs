@@ -116,7 +116,7 @@ fn read(scene: &str, changes: &[Arc<Change>], cache: &mut Cache) -> Result<Descr
     let path = Path::new(scene);
     if path.exists() {
         let kind = extension(path);
-        if let (Some(change), true) = (changes.first(), kind != "toml" && kind != "") {
+        if let (Some(change), true) = (changes.first(), kind != "toml" && !kind.is_empty()) {
             let naming_it = match kind.as_str() {
                 "ply" | "obj" | "gltf" | "glb" => {
                     format!(" with [[objects]] and mesh = {{ file = {scene:?} }}")

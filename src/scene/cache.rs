@@ -8,11 +8,14 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// An image, and its file as it is.
+type ImageAndBytes = (Arc<Image>, Arc<[u8]>);
+
 /// What was read of files, by path. A file that changes on the disk is not read again.
 #[derive(Debug, Default)]
 pub struct Cache {
     meshes: HashMap<PathBuf, Arc<Description>>,
-    images: HashMap<(PathBuf, ColorSpace), (Arc<Image>, Arc<[u8]>)>,
+    images: HashMap<(PathBuf, ColorSpace), ImageAndBytes>,
 }
 
 impl Cache {
@@ -33,11 +36,7 @@ impl Cache {
     }
 
     /// An image, and the bytes of its file, which enter a scene's hash.
-    pub(super) fn image(
-        &mut self,
-        path: &Path,
-        space: ColorSpace,
-    ) -> Result<(Arc<Image>, Arc<[u8]>)> {
+    pub(super) fn image(&mut self, path: &Path, space: ColorSpace) -> Result<ImageAndBytes> {
         let key = (path.to_owned(), space);
         if let Some(found) = self.images.get(&key) {
             return Ok(found.clone());

@@ -148,7 +148,10 @@ fn only_what_is_missing_or_changed_is_rendered() {
     let status = ondine(&folder, "batch jobs.toml --status --json");
     let status: Value = serde_json::from_str(&status.stdout).unwrap();
     assert_eq!(status["changed"], 4);
-    assert_eq!(status["jobs"][0]["reason"], "spp was 4 and is 5");
+    assert_eq!(
+        status["jobs"][0]["reason"],
+        "its samples per pixel were 4 and are 5"
+    );
 }
 
 #[test]
@@ -159,14 +162,23 @@ fn a_change_of_each_setting_is_seen() {
     assert_eq!(ondine(&folder, "batch jobs.toml").code, 0);
     let original = fs::read_to_string(folder.path().join("jobs.toml")).unwrap();
     for (line, reason) in [
-        ("seed = 3", "seed was 0 and is 3"),
-        ("strategy = \"light\"", "strategy was mis and is light"),
-        ("sampler = \"pcg\"", "sampler was sobol and is pcg"),
-        ("path_length = 2", "path_length was"),
-        ("roulette = 2", "roulette was none and is 2"),
-        ("crop = \"0,0,8,8\"", "crop was 0,0,16,12 and is 0,0,8,8"),
-        ("aov = \"albedo\"", "aov was none and is albedo"),
-        ("aov = \"bounces\"", "aov was none and is bounces"),
+        ("seed = 3", "its seed was 0 and is 3"),
+        ("strategy = \"light\"", "its strategy was mis and is light"),
+        ("sampler = \"pcg\"", "its sampler was sobol and is pcg"),
+        ("path_length = 2", "its path length was"),
+        ("roulette = 2", "its roulette was none and is from edge 2"),
+        (
+            "crop = \"0,0,8,8\"",
+            "its crop was 0,0,16,12 and is 0,0,8,8",
+        ),
+        (
+            "aov = \"albedo\"",
+            "its list of AOVs was none and is albedo",
+        ),
+        (
+            "aov = \"bounces\"",
+            "its list of AOVs was none and is bounces",
+        ),
         (
             "set = { \"film.filter\" = \"tent\" }",
             "the scene has changed",

@@ -4,7 +4,7 @@ mod check;
 mod vectors;
 
 use super::Outcome;
-use super::args::{ChangeArgs, SettingsArgs, size};
+use super::args::{ChangeArgs, SettingsArgs, samples, size};
 use super::report::counted;
 use super::target::target_features;
 use crate::dump::manifest::Manifest;
@@ -195,11 +195,4 @@ fn pixel(text: &str) -> std::result::Result<(u32, u32), String> {
     text.split_once(',')
         .and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)))
         .ok_or_else(|| "write column and row, counted from 0, as in 120,96".to_owned())
-}
-
-fn samples(text: &str) -> std::result::Result<Range<u32>, String> {
-    text.split_once("..")
-        .and_then(|(from, to)| Some(from.trim().parse().ok()?..to.trim().parse().ok()?))
-        .filter(|samples: &Range<u32>| !samples.is_empty())
-        .ok_or_else(|| "write the first sample and the one past the last, as in 0..16".to_owned())
 }
