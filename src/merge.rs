@@ -42,10 +42,15 @@ impl Parts {
         });
         apart(&parts, crop)?;
         let of = |field: fn(&Metadata) -> f64| {
-            parts.iter().map(|(_, header)| field(&header.metadata)).sum()
+            parts
+                .iter()
+                .map(|(_, header)| field(&header.metadata))
+                .sum()
         };
         let rays = parts.iter().map(|(_, header)| header.metadata.rays);
-        let held = parts.iter().flat_map(|(_, header)| header.metadata.blocks.ranges());
+        let held = parts
+            .iter()
+            .flat_map(|(_, header)| header.metadata.blocks.ranges());
         let blocks = Coverage::of(held.cloned());
         let all = Coverage::of_samples(0..spp, crop.pixels() as u64);
         let metadata = Metadata {
@@ -77,7 +82,10 @@ impl Parts {
 
     /// The AOVs that all parts store.
     pub fn aovs(&self) -> AovSet {
-        self.parts.first().map(|(_, header)| header.aovs).unwrap_or_default()
+        self.parts
+            .first()
+            .map(|(_, header)| header.aovs)
+            .unwrap_or_default()
     }
 
     /// What the whole image has beyond these parts.
@@ -134,7 +142,9 @@ fn belongs(path: &Path, part: &ImageHeader, model_path: &Path, model: &ImageHead
     if let Some((what, theirs, mine)) = model.difference(part) {
         return Err(Error::format(
             path,
-            format!("is no part of the image of {other}: its {what} is {mine}, and there it is {theirs}"),
+            format!(
+                "is no part of the image of {other}: its {what} is {mine}, and there it is {theirs}"
+            ),
         ));
     }
     let (spp, whole) = (part.metadata.spp, model.metadata.spp);
@@ -167,7 +177,10 @@ fn apart(parts: &[(PathBuf, ImageHeader)], crop: Region) -> Result<()> {
         if let Some((end, j)) = furthest.filter(|&(end, _)| range.start < end) {
             let shared = range.start..range.end.min(end);
             let pixels = crop.pixels() as u64;
-            let (pixel, first) = (shared.start % pixels, shared.start / pixels * u64::from(BLOCK));
+            let (pixel, first) = (
+                shared.start % pixels,
+                shared.start / pixels * u64::from(BLOCK),
+            );
             let width = u64::from(crop.width());
             let (x, y) = (
                 u64::from(crop.x0) + pixel % width,
@@ -217,11 +230,17 @@ impl std::fmt::Display for Missing {
             [one] => write!(f, "shard {one} ({percent:.1} % of the samples)"),
             [first @ .., last] if names.len() <= MOST => {
                 let first = first.join(", ");
-                write!(f, "shards {first} and {last} ({percent:.1} % of the samples)")
+                write!(
+                    f,
+                    "shards {first} and {last} ({percent:.1} % of the samples)"
+                )
             }
             _ => {
                 let (first, more) = (names[..MOST].join(", "), names.len() - MOST);
-                write!(f, "shards {first} and {more} more ({percent:.1} % of the samples)")
+                write!(
+                    f,
+                    "shards {first} and {more} more ({percent:.1} % of the samples)"
+                )
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Rooms and their floors. `record!` is exported at the root, from the lanes.
-const FLOORS: [(&str, u32); 20] = [
+const FLOORS: [(&str, u32); 21] = [
     ("lanes", 0),
     ("record", 0),
     ("error", 0),
@@ -21,6 +21,7 @@ const FLOORS: [(&str, u32); 20] = [
     ("render", 5),
     ("stats", 5),
     ("dump", 5),
+    ("merge", 5),
     ("cli", 6),
     ("main", 6),
     ("lib", 7),

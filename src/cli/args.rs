@@ -94,7 +94,12 @@ pub(super) struct RenderArgs {
     pub crop: Option<Region>,
 
     /// Render one part of N, for `ondine merge` to put together; K from 1
-    #[arg(long, value_name = "K/N", help_heading = "Parts", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "K/N",
+        help_heading = "Parts",
+        allow_hyphen_values = true
+    )]
     pub shard: Option<Shard>,
     /// Render these samples of each pixel, counted from 0; the last is not among them, and says what --spp would
     #[arg(long, value_name = "a..b", help_heading = "Parts", allow_hyphen_values = true,

@@ -216,9 +216,16 @@ impl Exact {
         if !self.missing_blocks.is_empty() {
             let all = m.all_blocks().len();
             let percent = m.blocks.len() as f64 / all as f64 * 100.0;
-            let shard = m.shard.map(|shard| format!("shard {shard}: ")).unwrap_or_default();
+            let shard = m
+                .shard
+                .map(|shard| format!("shard {shard}: "))
+                .unwrap_or_default();
             let held = m.blocks.len();
-            line(text, "part", format!("{shard}{held} of {all} sample blocks ({percent:.1} %)"));
+            line(
+                text,
+                "part",
+                format!("{shard}{held} of {all} sample blocks ({percent:.1} %)"),
+            );
         }
         line(text, "rejected", self.rejected_samples);
         line(

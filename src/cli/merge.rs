@@ -92,7 +92,10 @@ pub(super) fn run(args: &MergeArgs) -> Result<Outcome> {
     if !missing.is_empty() {
         super::say(format_args!("the image lacks {missing}"));
     }
-    let outputs = files.iter().map(|file| file.display().to_string()).collect();
+    let outputs = files
+        .iter()
+        .map(|file| file.display().to_string())
+        .collect();
     let report = Report::new(&parts, &film, missing, args.parts.len(), outputs);
     match args.json {
         true => super::print_json(&report)?,

@@ -49,7 +49,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
         }
         Some(before) => {
             let earlier = before.metadata.clone();
-            (go_on(args, &scene, &settings, &outputs, Some(before))?, Some(earlier))
+            (
+                go_on(args, &scene, &settings, &outputs, Some(before))?,
+                Some(earlier),
+            )
         }
         None => (go_on(args, &scene, &settings, &outputs, None)?, None),
     };

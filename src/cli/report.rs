@@ -128,7 +128,9 @@ impl Report {
             spp: self.spp,
             blocks: self.blocks.clone(),
             seconds: before.map_or(0.0, |before| before.seconds) + self.render_s,
-            rays: before.map_or(0, |before| before.rays).saturating_add(self.rays),
+            rays: before
+                .map_or(0, |before| before.rays)
+                .saturating_add(self.rays),
             interrupted: self.interrupted,
             ..wanted.clone()
         }

@@ -42,7 +42,10 @@ pub(super) fn find(outputs: &Outputs, wanted: &ImageHeader) -> Result<Option<Bef
         };
         belongs(path, &header, wanted)?;
         let blocks = |header: &ImageHeader| header.metadata.blocks.len();
-        if best.as_ref().is_none_or(|(_, best)| blocks(&header) > blocks(best)) {
+        if best
+            .as_ref()
+            .is_none_or(|(_, best)| blocks(&header) > blocks(best))
+        {
             best = Some((path, header));
         }
     }
@@ -64,14 +67,19 @@ pub(super) fn find(outputs: &Outputs, wanted: &ImageHeader) -> Result<Option<Bef
 }
 
 fn left_out(error: &Error) {
-    super::say(format_args!("warning: {error}; its samples are rendered anew"));
+    super::say(format_args!(
+        "warning: {error}; its samples are rendered anew"
+    ));
 }
 
 /// Makes sure that an image is a beginning of the one that is wanted.
 fn belongs(path: &Path, found: &ImageHeader, wanted: &ImageHeader) -> Result<()> {
     let refuse = |why: String| {
         let remedy = "name another output, or delete this file to begin anew";
-        Err(Error::format(path, format!("cannot be resumed: {why}; {remedy}")))
+        Err(Error::format(
+            path,
+            format!("cannot be resumed: {why}; {remedy}"),
+        ))
     };
     if let Some((what, theirs, mine)) = found.difference(wanted) {
         return refuse(format!("its {what} is {theirs}, and {mine} is asked for"));
@@ -87,7 +95,11 @@ fn belongs(path: &Path, found: &ImageHeader, wanted: &ImageHeader) -> Result<()>
             Some(shard) => format!("shard {shard}"),
             None => "the whole image".to_owned(),
         };
-        return refuse(format!("it is of {}, and {} is asked for", name(found), name(wanted)));
+        return refuse(format!(
+            "it is of {}, and {} is asked for",
+            name(found),
+            name(wanted)
+        ));
     }
     Ok(())
 }

@@ -53,7 +53,8 @@ impl Coverage {
     pub fn of_passes(region: Region, part: &Passes) -> Self {
         let pixels = region.pixels() as u64;
         let (tile, width) = (part.tile, u64::from(region.width()));
-        let passes = part.passes.start.saturating_mul(pixels)..part.passes.end.saturating_mul(pixels);
+        let passes =
+            part.passes.start.saturating_mul(pixels)..part.passes.end.saturating_mul(pixels);
         if tile == region {
             return Self::of([passes]);
         }
@@ -139,7 +140,9 @@ impl Coverage {
 
     /// Paths that it takes to trace it where each of `pixels` pixels has `spp` samples: the last block may have fewer.
     pub fn paths(&self, pixels: u64, spp: u32) -> u64 {
-        let full = Self::of(std::iter::once(0..u64::from(spp / BLOCK).saturating_mul(pixels)));
+        let full = Self::of(std::iter::once(
+            0..u64::from(spp / BLOCK).saturating_mul(pixels),
+        ));
         let whole = self.intersection(&full).len();
         let rest = Self::of_samples(0..spp, pixels).without(&full);
         let last = self.intersection(&rest).len();

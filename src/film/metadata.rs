@@ -67,7 +67,8 @@ impl Metadata {
     /// The sample indices that were traced for every pixel; more than one range after a merge of parts that are not
     /// neighbours.
     pub fn sample_ranges(&self) -> Vec<Range<u32>> {
-        self.blocks.sample_ranges(self.crop.pixels() as u64, self.spp)
+        self.blocks
+            .sample_ranges(self.crop.pixels() as u64, self.spp)
     }
 
     /// The least and the greatest number of samples of any pixel that was asked for.
@@ -157,7 +158,10 @@ impl Metadata {
             crop: read.parsed("crop")?,
             seed: read.whole("seed")?,
             spp: read.whole("spp")?,
-            shard: read.has("shard").then(|| read.parsed("shard")).transpose()?,
+            shard: read
+                .has("shard")
+                .then(|| read.parsed("shard"))
+                .transpose()?,
             blocks: read.parsed("blocks")?,
             path_length: read.whole("path_length")?,
             strategy: read.text("strategy")?,

@@ -72,7 +72,9 @@ impl<'a, T> Crew<'a, T> {
 
     /// Puts an image last.
     pub fn open(&self, frame: Frame, owner: T) {
-        let due = frame.interval().and_then(|every| Instant::now().checked_add(every));
+        let due = frame
+            .interval()
+            .and_then(|every| Instant::now().checked_add(every));
         self.desk().open.push_back(Course {
             frame: Arc::new(frame),
             owner: Arc::new(owner),
@@ -99,7 +101,10 @@ impl<'a, T> Crew<'a, T> {
             if desk.broken || (self.stopped)() {
                 return false;
             }
-            let fresh = desk.open.iter().filter(|course| course.next < course.frame.plan.waves());
+            let fresh = desk
+                .open
+                .iter()
+                .filter(|course| course.next < course.frame.plan.waves());
             if fresh.count() < waiting {
                 return true;
             }

@@ -54,7 +54,12 @@ pub fn many<J: Jobs>(jobs: &J, threads: usize, control: &Control) -> Result<()> 
         });
         for _ in 0..WRITERS {
             scope.spawn(|| {
-                let next = || to_write.lock().unwrap_or_else(PoisonError::into_inner).recv();
+                let next = || {
+                    to_write
+                        .lock()
+                        .unwrap_or_else(PoisonError::into_inner)
+                        .recv()
+                };
                 while let Ok((job, rendered)) = next() {
                     helpers.install(|| jobs.finish(&job, rendered));
                 }

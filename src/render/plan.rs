@@ -109,7 +109,9 @@ impl Plan {
     pub fn done(&self, number: u64) -> Coverage {
         let mut all = Vec::new();
         for rectangle in &self.rectangles {
-            let waves = number.saturating_sub(rectangle.first).min(rectangle.waves());
+            let waves = number
+                .saturating_sub(rectangle.first)
+                .min(rectangle.waves());
             let tiles = rectangle.columns * rectangle.rows;
             let Passes { tile, passes } = rectangle.part.clone();
             let pass = passes.start + waves / tiles;
