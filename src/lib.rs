@@ -38,7 +38,7 @@
 //! |---|---|
 //! | 7 | [`cli`]: arguments become validated settings, and those a command |
 //! | 6 | [`batch`]: many images from one file: jobs, what is there of them, and what is rendered |
-//! | 5 | [`mod@render`]: tiles, or light probes, go to rayon workers, one workspace each; [`stats`]: what it took; [`dump`]: every record of a few paths as files, and a port's held to them |
+//! | 5 | [`mod@render`]: tiles, or light probes, go to rayon workers, one workspace each; [`stats`]: what it took; [`dump`]: every record of a few paths as files, and a port's held to them; [`merge`]: parts of an image, put together |
 //! | 4 | [`wavefront`]: the loop, its five stages, their queues |
 //! | 3 | [`scene`]: what a scene file says, and the tables that kernels read; [`compare`]: whether two images are of one scene, up to noise |
 //! | 2 | [`shape`]: spheres and quads; [`bvh`]: the tree of triangles; [`material`]: one file for each BSDF; [`film`]: exact pixels, OpenEXR, PNG |

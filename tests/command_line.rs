@@ -16,6 +16,8 @@ mod command_line {
     mod light_probes;
     mod refusals;
     mod renders;
+    mod resumption;
+    mod shards;
 }
 
 use serde_json::Value;

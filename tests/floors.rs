@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Rooms and their floors. `record!` is exported at the root, from the lanes.
-const FLOORS: [(&str, u32); 21] = [
+const FLOORS: [(&str, u32); 22] = [
     ("lanes", 0),
     ("record", 0),
     ("error", 0),
@@ -21,6 +21,7 @@ const FLOORS: [(&str, u32); 21] = [
     ("render", 5),
     ("stats", 5),
     ("dump", 5),
+    ("merge", 5),
     ("batch", 6),
     ("cli", 7),
     ("main", 7),

@@ -3,7 +3,9 @@
 use crate::{ALL, Random, assert_same, filled};
 use ondine::error::Error;
 use ondine::film::tonemap::{Operator, Tonemap};
-use ondine::film::{AovSet, Film, Layers, Metadata, Region, describe, exr, png, write_whole};
+use ondine::film::{
+    AovSet, Coverage, Film, Layers, Metadata, Region, describe, exr, png, write_whole,
+};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -14,7 +16,9 @@ fn metadata() -> Metadata {
         camera: String::new(),
         seed: u64::MAX,
         spp: 64,
-        sample_ranges: vec![0..16, 32..48],
+        crop: Region::full(50, 60),
+        shard: "3/16".parse().ok(),
+        blocks: Coverage::of([0..3000, 6000..7001]),
         path_length: u32::MAX,
         strategy: "mis".to_owned(),
         sampler: "sobol".to_owned(),
@@ -97,9 +101,16 @@ fn an_exr_without_aovs_comes_back_too() {
         &[[-0.5, 2.0, 1e-6, 0.0]; 20],
         Layers::default(),
     );
-    exr::write(&path, &film, &Metadata::default()).unwrap();
-    let (read, metadata) = exr::read(&path).unwrap();
-    assert_eq!(metadata, Metadata::default());
+    let metadata = Metadata {
+        crop: Region::full(5, 4),
+        blocks: Coverage::of([3..80]),
+        shard: None,
+        roulette: None,
+        ..metadata()
+    };
+    exr::write(&path, &film, &metadata).unwrap();
+    let (read, told) = exr::read(&path).unwrap();
+    assert_eq!(told, metadata);
     assert_same(&read, &film);
 }
 
@@ -286,10 +297,10 @@ fn a_new_file_has_the_permissions_of_any_other_and_a_replaced_one_keeps_its_own(
     std::fs::set_permissions(&path, PermissionsExt::from_mode(0o600)).unwrap();
     let link = folder.path().join("link.exr");
     std::os::unix::fs::symlink(&path, &link).unwrap();
-    exr::write(&link, &sample_film(), &Metadata::default()).unwrap();
+    exr::write(&link, &sample_film(), &metadata()).unwrap();
     assert_eq!(mode(&path), 0o600);
     assert!(link.is_symlink());
-    assert_eq!(exr::read(&path).unwrap().1, Metadata::default());
+    assert_eq!(exr::read(&path).unwrap().1, metadata());
 }
 
 #[test]
