@@ -10,6 +10,7 @@ use crate::film::Metadata;
 use crate::render::{self, Frame, Jobs, Rendered, Settings, all_processors, find_camera, many};
 use crate::scene::Scene;
 use crate::scene::description::Description;
+use crate::scene::trees::Trees;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -86,6 +87,7 @@ pub fn run(jobs: &[&Job], scenes: &mut Scenes, control: Control) -> Result<()> {
             waiting: jobs.iter(),
             scenes,
             compiled: None,
+            trees: Trees::default(),
         }),
         told: Mutex::new(Told {
             ended: control.ended,
@@ -123,6 +125,8 @@ struct Desk<'a> {
     scenes: &'a mut Scenes,
     /// The last scene, compiled: jobs of one scene follow each other.
     compiled: Option<(Arc<Description>, Arc<Scene>)>,
+    /// Those of its meshes, which scenes with other materials share.
+    trees: Trees,
 }
 
 struct Told<'a> {
@@ -238,7 +242,9 @@ impl Desk<'_> {
             _ => {
                 // The one before is not needed while the next is built.
                 self.compiled = None;
-                let scene = Arc::new(Scene::compile_with(&description, Quality::default()));
+                let quality = Quality::default();
+                let scene = Scene::compile_sharing(&description, quality, &mut self.trees);
+                let scene = Arc::new(scene);
                 self.compiled = Some((description, scene.clone()));
                 scene
             }
