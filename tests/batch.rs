@@ -148,7 +148,7 @@ fn values_become_parts_of_a_name_that_lead_nowhere() {
     );
     let why = jobs[0].ready.as_ref().unwrap_err();
     assert!(
-        why.starts_with("jobs.toml:4:36: set film.filter = \"../../box\": "),
+        why.starts_with("jobs.toml:5:34: set film.filter = \"../../box\": "),
         "{why}"
     );
     assert!(why.contains("unknown filter"), "{why}");
@@ -257,7 +257,7 @@ fn what_is_wrong_with_a_job_file_has_a_place_and_a_remedy() {
         &["in [defaults]"],
     );
     refuses("[[jobs]]\nspp = 1", "2:1", &["this job has no scene"]);
-    refuses("jobs = []", "2:1", &["there are no jobs"]);
+    refuses("jobs = []", "2:8", &["there are no jobs"]);
     refuses("[defaults]\nspp = 1", "1:1", &["has no jobs; add [[jobs]]"]);
     refuses("spp = ", "2:7", &["not valid TOML"]);
     let other_version = JobFile::parse("version = 2", Path::new("jobs.toml"));

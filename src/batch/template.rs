@@ -179,7 +179,7 @@ fn last_part(key: &str) -> &str {
 
 /// A value as part of a file's name: what is neither letter nor digit nor one of `._+-` becomes a hyphen, and dots alone
 /// lead nowhere.
-fn safe(value: &str) -> String {
+pub(super) fn safe(value: &str) -> String {
     let mut name = String::new();
     let mut gap = false;
     for c in value.chars() {

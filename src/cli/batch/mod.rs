@@ -1,11 +1,14 @@
 //! `ondine batch`: the jobs of a file, those that are not there yet rendered.
 
-use super::args::{seconds as time_span, threads};
+mod plan;
+
+use super::args::{seconds as time_span, threads, within};
 use super::outputs::is_same;
 use super::progress::{Progress, metric};
 use super::report::{counted, seconds};
 use super::target::target_features;
 use super::{Outcome, interrupt, memory};
+use crate::batch::cluster::MOST_SHARDS;
 use crate::batch::file::JobFile;
 use crate::batch::plan::{Job, expand};
 use crate::batch::record::{Entry, Events, Manifest};
@@ -27,6 +30,8 @@ Examples:
   ondine batch jobs.toml                       renders what is missing or changed; again, it goes on where it ended
   ondine batch jobs.toml --only '*front*' --events events.ndjson
   ondine batch jobs.toml --status              what is done, and what is not
+  ondine batch jobs.toml --plan cluster --shards 16    for several machines: a folder of scripts
+  ondine batch --status cluster                which of its shards are missing, and what makes them
 
 A job file:
   version = 1
@@ -47,7 +52,7 @@ Exit codes: 0 all is done, 1 a job failed (with --status: not all is done), 2 th
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct BatchArgs {
-    /// The job file
+    /// The job file; with --status also the folder of a plan
     #[arg(value_name = "JOBS.toml")]
     jobs: PathBuf,
 
@@ -61,8 +66,16 @@ pub(super) struct BatchArgs {
     #[arg(long, help_heading = "Jobs", conflicts_with = "dry_run")]
     status: bool,
 
+    /// Write command lines and Slurm scripts that render the jobs on several machines to this folder, and render nothing
+    #[arg(long, value_name = "DIR", help_heading = "Several machines", conflicts_with_all = ["dry_run", "status"])]
+    plan: Option<PathBuf>,
+    /// Shards of each image
+    #[arg(long, value_name = "N", help_heading = "Several machines", default_value_t = 1, requires = "plan",
+          allow_negative_numbers = true, value_parser = shards)]
+    shards: u32,
+
     /// Add a line of JSON to this file as each job ends
-    #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with_all = ["dry_run", "status"])]
+    #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with_all = ["dry_run", "status", "plan"])]
     events: Option<PathBuf>,
     /// Print one JSON object on stdout instead of a summary
     #[arg(long, help_heading = "Output")]
@@ -81,7 +94,14 @@ pub(super) struct BatchArgs {
     checkpoint: Option<Duration>,
 }
 
+fn shards(text: &str) -> std::result::Result<u32, String> {
+    within(text, 1, MOST_SHARDS as usize).map(|shards| shards as u32)
+}
+
 pub(super) fn run(args: &BatchArgs) -> Result<Outcome> {
+    if args.status && args.jobs.is_dir() {
+        return plan::status(&args.jobs, args.json);
+    }
     let file = JobFile::read(&args.jobs)?;
     let mut scenes = Scenes::default();
     let jobs = expand(&file, &mut |scene, changes| scenes.open(scene, changes))?;
@@ -94,9 +114,10 @@ pub(super) fn run(args: &BatchArgs) -> Result<Outcome> {
         standings: standings(&jobs, &manifest),
         jobs,
     };
-    match args.dry_run || args.status {
-        true => list(args, &batch),
-        false => render(args, batch, &mut scenes, manifest),
+    match &args.plan {
+        Some(folder) => plan::write(&batch, folder, args.shards, args.json),
+        None if args.dry_run || args.status => list(args, &batch),
+        None => render(args, batch, &mut scenes, manifest),
     }
 }
 
