@@ -37,7 +37,7 @@
 //! | floor | rooms |
 //! |---|---|
 //! | 6 | [`cli`]: arguments become validated settings, and those a command |
-//! | 5 | [`mod@render`]: tiles, or light probes, go to rayon workers, one workspace each; [`stats`]: what it took; [`dump`]: every record of a few paths as files, and a port's held to them; [`merge`]: parts of an image, put together |
+//! | 5 | [`mod@render`]: tiles, or light probes, go to rayon workers, one workspace each; [`stats`]: what it took; [`dump`]: every record of a few paths as files, and a port's held to them; [`merge`]: parts of an image, put together; [`resume`]: what there is of an image already |
 //! | 4 | [`wavefront`]: the loop, its five stages, their queues |
 //! | 3 | [`scene`]: what a scene file says, and the tables that kernels read; [`compare`]: whether two images are of one scene, up to noise |
 //! | 2 | [`shape`]: spheres and quads; [`bvh`]: the tree of triangles; [`material`]: one file for each BSDF; [`film`]: exact pixels, OpenEXR, PNG |
@@ -160,6 +160,7 @@ pub mod material;
 pub mod merge;
 pub mod npy;
 pub mod render;
+pub mod resume;
 pub mod sampling;
 pub mod scene;
 pub mod sh;

@@ -3,13 +3,14 @@
 use super::args::{PictureArgs, RenderArgs, SettingsArgs};
 use super::outputs::Outputs;
 use super::progress::Progress;
-use super::report::{Report, Samples, counted, seconds, wanted};
-use super::resume::{self, Before};
+use super::report::{Report, Samples, counted, seconds};
+use super::target::target_features;
 use super::{Outcome, interrupt, memory};
 use crate::error::Result;
 use crate::film::tonemap::Tonemap;
 use crate::film::{Film, MAX_SAMPLES, Metadata, exr, png};
 use crate::render::{Checkpoint, Continuation, Control, Rendered, Settings, render_on, workers};
+use crate::resume::{self, Before, Other};
 use crate::scene::builtin;
 use crate::scene::description::Description;
 use crate::stats::Stats;
@@ -35,11 +36,11 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
         1,
         "choose a smaller --size, or render parts with --crop or --shard",
     )?;
-    let wanted = wanted(&scene, &settings);
+    let wanted = resume::wanted(&scene, &settings, &target_features());
     // The picture of a shard shows little.
     let png = !args.picture.no_png && settings.shard.is_none();
     let outputs = Outputs::new(args.output.as_deref(), png, &scene, settings.shard)?;
-    let before = match args.resume {
+    let mut before = match args.resume {
         true => resume::find(&outputs, &wanted)?,
         false => None,
     };
@@ -93,13 +94,12 @@ fn go_on(
     settings: &Settings,
     outputs: &Outputs,
     before: Option<Before>,
+    reached: &(dyn Fn(&Rendered) -> Metadata + Sync),
 ) -> Result<Rendered> {
     let stop = interrupt::listen();
-    let wanted = wanted(scene, settings).metadata;
-    let earlier = before.as_ref().map(|before| before.metadata.clone());
     let all = settings.coverage();
-    let todo = match &earlier {
-        Some(earlier) => all.without(&earlier.blocks),
+    let todo = match &before {
+        Some(before) => all.without(&before.metadata.blocks),
         None => all,
     };
     let paths = todo.paths(settings.region.pixels() as u64, settings.spp);
@@ -118,9 +118,7 @@ fn go_on(
     };
     let checkpoint = resume::checkpoint(&outputs.exr);
     let keep = |so_far: &Rendered| {
-        let report = Report::new(scene, settings, so_far, Duration::ZERO, args.asks_spp());
-        let metadata = report.metadata(&wanted, earlier.as_ref());
-        if let Err(error) = exr::write(&checkpoint, &so_far.film, &metadata) {
+        if let Err(error) = exr::write(&checkpoint, &so_far.film, &reached(so_far)) {
             progress.say(format_args!("warning: no checkpoint this time: {error}"));
         }
     };
@@ -138,7 +136,6 @@ fn go_on(
 fn already(
     before: Before,
     args: &RenderArgs,
-    scene: &Description,
     settings: &Settings,
     outputs: &Outputs,
     load: Duration,
@@ -149,7 +146,7 @@ fn already(
         stats: Stats::default(),
         interrupted: false,
     };
-    let mut report = Report::new(scene, settings, &rendered, load, args.asks_spp());
+    let mut report = Report::new(&before.metadata, settings, &rendered, load);
     if before.path != outputs.exr {
         write(&report, &rendered.film, &before.metadata, outputs, args)?;
     } else if let Some(png) = outputs.png.as_deref().filter(|png| !png.exists()) {

@@ -100,14 +100,9 @@ impl Scene {
     }
 
     /// The same, with trees of scenes before it that have the same meshes in the same places.
-    pub fn compile_sharing(
-        description: &Description,
-        quality: Quality,
-        trees: &mut Trees,
-    ) -> Self {
+    pub fn compile_sharing(description: &Description, quality: Quality, trees: &mut Trees) -> Self {
         let (sources, placed) = meshes::place(description);
-        let (meshes, mut light_ids) =
-            Meshes::compile(description, sources, placed, quality, trees);
+        let (meshes, mut light_ids) = Meshes::compile(description, sources, placed, quality, trees);
         let primitives: Vec<Primitive> = numbered_primitives(description).collect();
         let shapes: Vec<Shape> = primitives.iter().map(|primitive| primitive.0).collect();
 
