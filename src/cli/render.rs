@@ -41,26 +41,30 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     let png = !args.picture.no_png && settings.shard.is_none();
     let outputs = Outputs::new(args.output.as_deref(), png, &scene, settings.shard)?;
     let mut before = match args.resume {
-        true => resume::find(&outputs, &wanted)?,
+        true => resume::find(&outputs.exr, &wanted, Other::Refuse, &|error| {
+            let then = "its samples are rendered anew";
+            super::say(format_args!("warning: {error}; {then}"));
+        })?,
         false => None,
     };
-    let (rendered, earlier) = match before {
-        Some(before) if before.metadata.blocks.contains(&settings.coverage()) => {
-            return already(before, args, &scene, &settings, &outputs, load);
+    let whole = |before: &mut Before| before.metadata.blocks.contains(&settings.coverage());
+    if let Some(before) = before.take_if(whole) {
+        return already(before, args, &settings, &outputs, load);
+    }
+    let earlier = before.as_ref().map(|before| before.metadata.clone());
+    let reached = |rendered: &Rendered| {
+        let mut metadata = resume::reached(&wanted.metadata, rendered, earlier.as_ref());
+        if !args.asks_spp() {
+            // Without an end of its own, a render's samples are as many as there was time for.
+            metadata.spp = metadata.samples().1.max(1);
         }
-        Some(before) => {
-            let earlier = before.metadata.clone();
-            (
-                go_on(args, &scene, &settings, &outputs, Some(before))?,
-                Some(earlier),
-            )
-        }
-        None => (go_on(args, &scene, &settings, &outputs, None)?, None),
+        metadata
     };
+    let rendered = go_on(args, &scene, &settings, &outputs, before, &reached)?;
 
-    let mut report = Report::new(&scene, &settings, &rendered, load, args.asks_spp());
+    let metadata = reached(&rendered);
+    let mut report = Report::new(&metadata, &settings, &rendered, load);
     if !rendered.coverage.is_empty() {
-        let metadata = report.metadata(&wanted.metadata, earlier.as_ref());
         write(&report, &rendered.film, &metadata, &outputs, args)?;
         report.wrote(&outputs);
         // The image has all that the checkpoint had.
