@@ -80,7 +80,7 @@
 //! # The same bits
 //!
 //! An image is a function of scene, settings and seed: not of the number of threads, the size of tiles and waves, or the
-//! order in which they finish. Three decisions carry this.
+//! order in which they finish, whether it was resumed, or into how many shards it was split. Three decisions carry this.
 //!
 //! - Every random number is a function of (seed, pixel, sample, edge, [dimension](sampling::Dimension)): nothing is drawn
 //!   "next", and no worker has a generator.
