@@ -28,7 +28,10 @@ impl Parts {
             .map(|path| Ok((path.clone(), exr::read_header(path)?)))
             .collect::<Result<Vec<_>>>()?;
         // The one with the most samples says how many there shall be.
-        let largest = parts.iter().max_by_key(|(_, header)| header.metadata.spp);
+        let largest = parts
+            .iter()
+            .rev()
+            .max_by_key(|(_, header)| header.metadata.spp);
         let Some((model_path, model)) = largest else {
             return Err(Error::Usage("no parts are given to merge".to_owned()));
         };

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Rooms and their floors. `record!` is exported at the root, from the lanes.
-const FLOORS: [(&str, u32); 22] = [
+const FLOORS: [(&str, u32); 23] = [
     ("lanes", 0),
     ("record", 0),
     ("error", 0),
@@ -22,6 +22,7 @@ const FLOORS: [(&str, u32); 22] = [
     ("stats", 5),
     ("dump", 5),
     ("merge", 5),
+    ("resume", 5),
     ("batch", 6),
     ("cli", 7),
     ("main", 7),
@@ -29,9 +30,10 @@ const FLOORS: [(&str, u32); 22] = [
 ];
 
 /// Arrows between rooms of one floor that are meant.
-const LEVEL: [(&str, &str); 5] = [
+const LEVEL: [(&str, &str); 6] = [
     ("render", "stats"),
     ("dump", "render"),
+    ("resume", "render"),
     ("main", "cli"),
     // A macro of the lanes that names its own room from outside.
     ("record", "lanes"),

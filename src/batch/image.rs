@@ -3,37 +3,14 @@
 use super::plan::Ready;
 use super::run::{Ended, Outcome};
 use crate::error::{Error, Result};
-use crate::film::exr::{self, ImageHeader};
-use crate::film::{Film, Metadata, png, remove_leftovers};
+use crate::film::{Film, Metadata, exr, png};
 use crate::render::Rendered;
+use crate::resume;
 use std::path::Path;
-
-/// What there is of the image that `wanted` describes: in its checkpoint or its own file, whichever has more. What a killed
-/// program left half-written is removed.
-pub(super) fn before(ready: &Ready, wanted: &ImageHeader) -> Option<(Film, Metadata)> {
-    let checkpoint = ready.checkpoint_path();
-    for path in [&ready.exr, &checkpoint, &ready.png_path()] {
-        remove_leftovers(path);
-    }
-    let usable = |path: &Path| {
-        let found = exr::read_header(path).ok()?;
-        let metadata = &found.metadata;
-        let fits = metadata.shard.is_none()
-            && metadata.continues_to(wanted.metadata.spp)
-            && found.difference(wanted).is_none();
-        fits.then(|| metadata.blocks.len())
-    };
-    let best = [&ready.exr, &checkpoint]
-        .into_iter()
-        .filter_map(|path| Some((usable(path)?, path)))
-        .max_by_key(|&(blocks, _)| blocks);
-    // Damaged, it is rendered anew.
-    best.and_then(|(_, path)| exr::read(path).ok())
-}
 
 /// Keeps what there is of an image.
 pub(super) fn keep(ready: &Ready, film: &Film, metadata: &Metadata) -> Result<()> {
-    exr::write(&ready.checkpoint_path(), film, metadata)
+    exr::write(&resume::checkpoint(&ready.exr), film, metadata)
 }
 
 /// Writes the files of an image that is whole; keeps what there is of one that was stopped.
@@ -56,7 +33,7 @@ pub(super) fn finish(ready: &Ready, rendered: &Rendered, metadata: &Metadata) ->
     write_png(ready, film)?;
     exr::write(&ready.exr, film, metadata)?;
     // The image has all that the checkpoint had.
-    let _ = std::fs::remove_file(ready.checkpoint_path());
+    let _ = std::fs::remove_file(resume::checkpoint(&ready.exr));
     ended.image_hash = Some(film.image_hash());
     ended.outcome = Outcome::Done;
     Ok(ended)

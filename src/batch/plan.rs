@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::film::exr::ImageHeader;
 use crate::film::tonemap::Tonemap;
 use crate::render::{Settings, find_camera};
+use crate::resume;
 use crate::scene::builtin;
 use crate::scene::description::{Description, Environment};
 use crate::scene::toml::Change;
@@ -49,11 +50,6 @@ impl Ready {
     /// The hash of the scene, changes included.
     pub fn scene_hash(&self) -> &str {
         &self.header.metadata.scene_hash
-    }
-
-    /// What there is of the image while it is not finished.
-    pub fn checkpoint_path(&self) -> PathBuf {
-        self.exr.with_extension("checkpoint.exr")
     }
 
     /// Where the picture is.
@@ -229,7 +225,7 @@ fn ready(
         .and_then(|()| find_camera(scene, &settings).map(drop));
     checked.map_err(|error| error.to_string())?;
     Ok(Ready {
-        header: settings.header(scene, ""),
+        header: resume::wanted(scene, &settings, ""),
         settings,
         exr: PathBuf::new(),
         png: asked.png(),

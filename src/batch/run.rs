@@ -8,6 +8,7 @@ use crate::bvh::Quality;
 use crate::error::{Error, Result};
 use crate::film::Metadata;
 use crate::render::{self, Frame, Jobs, Rendered, Settings, all_processors, find_camera, many};
+use crate::resume::{self, Before, Other};
 use crate::scene::Scene;
 use crate::scene::description::Description;
 use crate::scene::trees::Trees;
@@ -140,7 +141,7 @@ struct Current<'a> {
     ready: &'a Ready,
     begin: Instant,
     /// What its image will say, but for what is in it.
-    metadata: Metadata,
+    wanted: Metadata,
     /// What it goes on from.
     before: Option<Metadata>,
 }
@@ -204,9 +205,13 @@ impl<'a> Queue<'a> {
         }
         (self.fits)(&ready.settings)?;
         image::create_folder(&ready.exr)?;
-        let header = ready.settings.header(&description, self.target_features);
-        let (before, film) = match image::before(ready, &header) {
-            Some((film, metadata)) => (Some(metadata.clone()), Some((film, metadata.blocks))),
+        let wanted = resume::wanted(&description, &ready.settings, self.target_features);
+        // What is damaged, or another image, is replaced.
+        let before = resume::find(&ready.exr, &wanted, Other::Replace, &|_| ())?;
+        let (film, before) = match before {
+            Some(Before { film, metadata, .. }) => {
+                (Some((film, metadata.blocks.clone())), Some(metadata))
+            }
             None => (None, None),
         };
         let camera = find_camera(&description, &ready.settings)?;
@@ -216,7 +221,7 @@ impl<'a> Queue<'a> {
             job,
             ready,
             begin,
-            metadata: header.metadata,
+            wanted: wanted.metadata,
             before,
         };
         let frame = frame.checkpoint_every(self.checkpoint);
@@ -253,18 +258,9 @@ impl Desk<'_> {
 }
 
 impl Current<'_> {
+    /// What the image says as it is now.
     fn metadata_of(&self, rendered: &Rendered) -> Metadata {
-        let (seconds, rays) = match &self.before {
-            Some(before) => (before.seconds, before.rays),
-            None => (0.0, 0),
-        };
-        Metadata {
-            blocks: rendered.coverage.clone(),
-            seconds: seconds + rendered.stats.render.as_secs_f64(),
-            rays: rays.saturating_add(rendered.stats.rays()),
-            interrupted: rendered.interrupted,
-            ..self.metadata.clone()
-        }
+        resume::reached(&self.wanted, rendered, self.before.as_ref())
     }
 }
 

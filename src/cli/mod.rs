@@ -18,7 +18,6 @@ mod progress;
 mod rays;
 mod render;
 mod report;
-mod resume;
 mod scenes;
 mod sh;
 mod target;

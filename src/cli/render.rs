@@ -3,13 +3,14 @@
 use super::args::{PictureArgs, RenderArgs, SettingsArgs};
 use super::outputs::Outputs;
 use super::progress::Progress;
-use super::report::{Report, Samples, counted, seconds, wanted};
-use super::resume::{self, Before};
+use super::report::{Report, Samples, counted, seconds};
+use super::target::target_features;
 use super::{Outcome, interrupt, memory};
 use crate::error::Result;
 use crate::film::tonemap::Tonemap;
 use crate::film::{Film, MAX_SAMPLES, Metadata, exr, png};
 use crate::render::{Checkpoint, Continuation, Control, Rendered, Settings, render_on, workers};
+use crate::resume::{self, Before, Other};
 use crate::scene::description::Description;
 use crate::stats::Stats;
 use crate::wavefront;
@@ -34,31 +35,35 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
         1,
         "choose a smaller --size, or render parts with --crop or --shard",
     )?;
-    let wanted = wanted(&scene, &settings);
+    let wanted = resume::wanted(&scene, &settings, &target_features());
     // The picture of a shard shows little.
     let png = !args.picture.no_png && settings.shard.is_none();
     let outputs = Outputs::new(args.output.as_deref(), png, &scene, settings.shard)?;
-    let before = match args.resume {
-        true => resume::find(&outputs, &wanted)?,
+    let mut before = match args.resume {
+        true => resume::find(&outputs.exr, &wanted, Other::Refuse, &|error| {
+            let then = "its samples are rendered anew";
+            super::say(format_args!("warning: {error}; {then}"));
+        })?,
         false => None,
     };
-    let (rendered, earlier) = match before {
-        Some(before) if before.metadata.blocks.contains(&settings.coverage()) => {
-            return already(before, args, &scene, &settings, &outputs, load);
+    let whole = |before: &mut Before| before.metadata.blocks.contains(&settings.coverage());
+    if let Some(before) = before.take_if(whole) {
+        return already(before, args, &settings, &outputs, load);
+    }
+    let earlier = before.as_ref().map(|before| before.metadata.clone());
+    let reached = |rendered: &Rendered| {
+        let mut metadata = resume::reached(&wanted.metadata, rendered, earlier.as_ref());
+        if !args.asks_spp() {
+            // Without an end of its own, a render's samples are as many as there was time for.
+            metadata.spp = metadata.samples().1.max(1);
         }
-        Some(before) => {
-            let earlier = before.metadata.clone();
-            (
-                go_on(args, &scene, &settings, &outputs, Some(before))?,
-                Some(earlier),
-            )
-        }
-        None => (go_on(args, &scene, &settings, &outputs, None)?, None),
+        metadata
     };
+    let rendered = go_on(args, &scene, &settings, &outputs, before, &reached)?;
 
-    let mut report = Report::new(&scene, &settings, &rendered, load, args.asks_spp());
+    let metadata = reached(&rendered);
+    let mut report = Report::new(&metadata, &settings, &rendered, load);
     if !rendered.coverage.is_empty() {
-        let metadata = report.metadata(&wanted.metadata, earlier.as_ref());
         write(&report, &rendered.film, &metadata, &outputs, args)?;
         report.wrote(&outputs);
         // The image has all that the checkpoint had.
@@ -92,13 +97,12 @@ fn go_on(
     settings: &Settings,
     outputs: &Outputs,
     before: Option<Before>,
+    reached: &(dyn Fn(&Rendered) -> Metadata + Sync),
 ) -> Result<Rendered> {
     let stop = interrupt::listen();
-    let wanted = wanted(scene, settings).metadata;
-    let earlier = before.as_ref().map(|before| before.metadata.clone());
     let all = settings.coverage();
-    let todo = match &earlier {
-        Some(earlier) => all.without(&earlier.blocks),
+    let todo = match &before {
+        Some(before) => all.without(&before.metadata.blocks),
         None => all,
     };
     let paths = todo.paths(settings.region.pixels() as u64, settings.spp);
@@ -117,9 +121,7 @@ fn go_on(
     };
     let checkpoint = resume::checkpoint(&outputs.exr);
     let keep = |so_far: &Rendered| {
-        let report = Report::new(scene, settings, so_far, Duration::ZERO, args.asks_spp());
-        let metadata = report.metadata(&wanted, earlier.as_ref());
-        if let Err(error) = exr::write(&checkpoint, &so_far.film, &metadata) {
+        if let Err(error) = exr::write(&checkpoint, &so_far.film, &reached(so_far)) {
             progress.say(format_args!("warning: no checkpoint this time: {error}"));
         }
     };
@@ -137,7 +139,6 @@ fn go_on(
 fn already(
     before: Before,
     args: &RenderArgs,
-    scene: &Description,
     settings: &Settings,
     outputs: &Outputs,
     load: Duration,
@@ -148,7 +149,7 @@ fn already(
         stats: Stats::default(),
         interrupted: false,
     };
-    let mut report = Report::new(scene, settings, &rendered, load, args.asks_spp());
+    let mut report = Report::new(&before.metadata, settings, &rendered, load);
     if before.path != outputs.exr {
         write(&report, &rendered.film, &before.metadata, outputs, args)?;
     } else if let Some(png) = outputs.png.as_deref().filter(|png| !png.exists()) {

@@ -3,10 +3,8 @@
 use super::outputs::Outputs;
 use super::progress::metric;
 use super::target::target_features;
-use crate::film::exr::ImageHeader;
 use crate::film::{Coverage, Metadata, Shard};
 use crate::render::{Rendered, Settings};
-use crate::scene::description::Description;
 use crate::stats::{StageReport, peak_rss_bytes};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -74,27 +72,25 @@ pub(super) struct Report {
 impl Report {
     /// Of a finished render; [`outputs`](Self::outputs) is what has been written, so nothing yet.
     pub fn new(
-        scene: &Description,
+        metadata: &Metadata,
         settings: &Settings,
         rendered: &Rendered,
         load: Duration,
-        spp_asked: bool,
     ) -> Self {
         let (stats, film) = (&rendered.stats, &rendered.film);
         let r = settings.region;
-        let (min, max) = rendered.coverage.samples(r.pixels() as u64, settings.spp);
+        let (min, max) = metadata.samples();
         Self {
-            scene: scene.name.clone(),
-            scene_hash: scene.hash.clone(),
-            camera: camera(scene, settings),
+            scene: metadata.scene.clone(),
+            scene_hash: metadata.scene_hash.clone(),
+            camera: metadata.camera.clone(),
             width: settings.width,
             height: settings.height,
             region: [r.x0, r.y0, r.x1, r.y1],
-            // Without an end of its own, a render's samples are as many as there was time for.
-            spp: if spp_asked { settings.spp } else { max },
+            spp: metadata.spp,
             samples: Samples { min, max },
             shard: settings.shard,
-            blocks: rendered.coverage.clone(),
+            blocks: metadata.blocks.clone(),
             path_length: settings.path_length,
             strategy: settings.strategy.to_string(),
             sampler: settings.sampler.to_string(),
@@ -119,20 +115,6 @@ impl Report {
             interrupted: rendered.interrupted,
             version: env!("CARGO_PKG_VERSION"),
             target_features: target_features(),
-        }
-    }
-
-    /// What the image file says of it; `before` is what the image was that it goes on from.
-    pub fn metadata(&self, wanted: &Metadata, before: Option<&Metadata>) -> Metadata {
-        Metadata {
-            spp: self.spp,
-            blocks: self.blocks.clone(),
-            seconds: before.map_or(0.0, |before| before.seconds) + self.render_s,
-            rays: before
-                .map_or(0, |before| before.rays)
-                .saturating_add(self.rays),
-            interrupted: self.interrupted,
-            ..wanted.clone()
         }
     }
 
@@ -182,16 +164,6 @@ impl Report {
             )
         })
     }
-}
-
-/// What the file of the image that is asked for will say, before it has any sample.
-pub(super) fn wanted(scene: &Description, settings: &Settings) -> ImageHeader {
-    settings.header(scene, &target_features())
-}
-
-fn camera(scene: &Description, settings: &Settings) -> String {
-    let first = || scene.cameras.first().map(|camera| camera.name.clone());
-    settings.camera.clone().or_else(first).unwrap_or_default()
 }
 
 /// `1 sample`, `64 samples`, `48 to 64 samples`.

@@ -215,10 +215,8 @@ impl ImageHeader {
         if size(self) != size(other) {
             return Some(("size", size(self), size(other)));
         }
-        if self.aovs != other.aovs {
-            return Some(("list of AOVs", layers(self), layers(other)));
-        }
-        scene
+        let aovs = (self.aovs != other.aovs).then(|| ("list of AOVs", layers(self), layers(other)));
+        scene.or(aovs)
     }
 }
 

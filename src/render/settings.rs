@@ -3,8 +3,7 @@
 use super::DEFAULT_WAVE;
 use crate::bvh::Quality;
 use crate::error::{Error, Result};
-use crate::film::exr::ImageHeader;
-use crate::film::{AovSet, BLOCK, Coverage, MAX_SAMPLES, Metadata, Region, Shard};
+use crate::film::{AovSet, BLOCK, Coverage, MAX_SAMPLES, Region, Shard};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::scene::description::{Description, MAX_EDGES, MAX_SIDE, SamplerKind, Strategy};
@@ -90,38 +89,6 @@ impl Settings {
         match self.shard {
             Some(shard) => all.part(shard),
             None => all,
-        }
-    }
-
-    /// What the file of the image will say, before it has any sample; `target_features` are the instruction sets that the
-    /// program was compiled for.
-    pub fn header(&self, scene: &Description, target_features: &str) -> ImageHeader {
-        let first = || scene.cameras.first().map(|camera| camera.name.clone());
-        ImageHeader {
-            width: self.width,
-            height: self.height,
-            region: self.region,
-            aovs: self.layers(),
-            image_hash: String::new(),
-            metadata: Metadata {
-                scene: scene.name.clone(),
-                scene_hash: scene.hash.clone(),
-                camera: self.camera.clone().or_else(first).unwrap_or_default(),
-                crop: self.region,
-                seed: self.seed,
-                spp: self.spp,
-                shard: self.shard,
-                blocks: Coverage::default(),
-                path_length: self.path_length,
-                strategy: self.strategy.to_string(),
-                sampler: self.sampler.to_string(),
-                roulette: self.roulette,
-                version: env!("CARGO_PKG_VERSION").to_owned(),
-                target_features: target_features.to_owned(),
-                seconds: 0.0,
-                rays: 0,
-                interrupted: false,
-            },
         }
     }
 

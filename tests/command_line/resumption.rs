@@ -36,7 +36,7 @@ fn blocks(folder: &Path, file: &str) -> u64 {
 fn twenty_five_kills_lose_at_most_what_came_after_a_checkpoint() {
     let folder = folder();
     let dir = folder.path();
-    let spp = 16 * 1024;
+    let spp = 16 * 256;
     let line = format!("render {IMAGE} --spp {spp} --resume --checkpoint 0.02 -o image.exr");
     let once = format!("render {IMAGE} --spp {spp} -o once.exr");
     assert!(command(dir, &once).status().unwrap().success());
@@ -142,7 +142,17 @@ fn what_is_stopped_in_time_or_by_hand_goes_on() {
 #[test]
 fn another_image_is_not_resumed_and_not_lost() {
     let folder = folder();
-    let render = |rest: &str| ondine(&folder, &format!("render {IMAGE} {rest}"));
+    let render = |rest: &str| {
+        let size = if rest.contains("--size") {
+            ""
+        } else {
+            "--size 64x48"
+        };
+        ondine(
+            &folder,
+            &format!("render cornell --no-png --quiet {size} {rest}"),
+        )
+    };
     assert_eq!(render("--spp 32 --strategy light -o image.exr").code, 0);
     fs::rename(
         folder.path().join("image.exr"),
