@@ -120,7 +120,7 @@ impl PlannedImage {
 /// What tells `ondine render` of a job, all of it: a default that changes later changes no image of the plan.
 fn arguments(job: &Job, ready: &Ready) -> Result<Vec<String>> {
     let settings = &ready.settings;
-    let scene = match Path::new(&*job.scene).exists() || builtin::find(&job.scene).is_none() {
+    let scene = match Path::new(&*job.scene).is_file() || builtin::find(&job.scene).is_none() {
         true => absolute(Path::new(&*job.scene))?.display().to_string(),
         false => job.scene.to_string(),
     };

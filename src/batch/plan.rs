@@ -173,7 +173,8 @@ fn scenes(file: &JobFile) -> impl Iterator<Item = (&Grid, &str)> {
 fn located(folder: &Path, scene: &str) -> String {
     let path = folder.join(scene);
     match builtin::find(scene) {
-        Some(_) if !path.exists() => scene.to_owned(),
+        // A folder of that name may be one of outputs.
+        Some(_) if !path.is_file() => scene.to_owned(),
         _ => path.display().to_string(),
     }
 }

@@ -30,9 +30,14 @@ pub struct Control<'a> {
     pub target_features: &'a str,
     /// Whether an image fits in memory.
     pub fits: &'a (dyn Fn(&Settings) -> Result<()> + Sync),
-    /// Called as each job ends. An error of it ends the batch.
-    pub ended: &'a mut (dyn FnMut(&Job, Ended) -> Result<()> + Send),
+    /// Told of what goes wrong and loses nothing.
+    pub warn: &'a (dyn Fn(&str) + Sync),
+    /// Called as each job ends.
+    pub ended: &'a mut Told<'a>,
 }
+
+/// Who is told of jobs that end.
+pub type Told<'a> = dyn FnMut(&Job, Ended) + Send + 'a;
 
 /// A job that came to an end.
 #[derive(Clone, Debug, Default)]
@@ -80,7 +85,7 @@ impl Outcome {
 /// Renders jobs and writes their files. What fails is told to [`Control::ended`], and the others go on.
 ///
 /// # Errors
-/// That of [`Control::ended`]; [`Error::Usage`] where threads cannot be started.
+/// [`Error::Usage`] where threads cannot be started.
 pub fn run(jobs: &[&Job], scenes: &mut Scenes, control: Control) -> Result<()> {
     let threads = control.threads.unwrap_or_else(all_processors);
     let queue = Queue {
@@ -90,10 +95,8 @@ pub fn run(jobs: &[&Job], scenes: &mut Scenes, control: Control) -> Result<()> {
             compiled: None,
             trees: Trees::default(),
         }),
-        told: Mutex::new(Told {
-            ended: control.ended,
-            failure: None,
-        }),
+        ended: Mutex::new(control.ended),
+        warn: control.warn,
         stop: control.stop,
         checkpoint: control.checkpoint,
         target_features: control.target_features,
@@ -103,18 +106,14 @@ pub fn run(jobs: &[&Job], scenes: &mut Scenes, control: Control) -> Result<()> {
         stop: control.stop,
         progress: control.progress,
     };
-    many(&queue, threads, &watch)?;
-    let told = queue.told.into_inner();
-    match told.unwrap_or_else(PoisonError::into_inner).failure {
-        Some(error) => Err(error),
-        None => Ok(()),
-    }
+    many(&queue, threads, &watch)
 }
 
 /// The jobs that wait, and who is told of those that end.
 struct Queue<'a> {
     desk: Mutex<Desk<'a>>,
-    told: Mutex<Told<'a>>,
+    ended: Mutex<&'a mut Told<'a>>,
+    warn: &'a (dyn Fn(&str) + Sync),
     stop: &'a AtomicBool,
     checkpoint: Option<Duration>,
     target_features: &'a str,
@@ -128,11 +127,6 @@ struct Desk<'a> {
     compiled: Option<(Arc<Description>, Arc<Scene>)>,
     /// Those of its meshes, which scenes with other materials share.
     trees: Trees,
-}
-
-struct Told<'a> {
-    ended: &'a mut (dyn FnMut(&Job, Ended) -> Result<()> + Send),
-    failure: Option<Error>,
 }
 
 /// A job under way.
@@ -175,8 +169,10 @@ impl<'a> Jobs for Queue<'a> {
     }
 
     fn keep(&self, current: &Current<'a>, so_far: Rendered) {
-        // Without a checkpoint, the image is rendered all the same.
-        let _ = image::keep(current.ready, &so_far.film, &current.metadata_of(&so_far));
+        let kept = image::keep(current.ready, &so_far.film, &current.metadata_of(&so_far));
+        if let Err(error) = kept {
+            (self.warn)(&format!("no checkpoint this time: {error}"));
+        }
     }
 
     fn finish(&self, current: &Current<'a>, rendered: Rendered) {
@@ -230,13 +226,7 @@ impl<'a> Queue<'a> {
 
     fn tell(&self, job: &Job, begin: Instant, mut ended: Ended) {
         ended.seconds = begin.elapsed().as_secs_f64();
-        let mut told = lock(&self.told);
-        if told.failure.is_none()
-            && let Err(error) = (told.ended)(job, ended)
-        {
-            told.failure = Some(error);
-            self.stop.store(true, Ordering::Relaxed);
-        }
+        lock(&self.ended)(job, ended);
     }
 }
 

@@ -1,18 +1,15 @@
 //! `ondine batch`: the jobs of a file, those that are not there yet rendered.
 
 mod plan;
+mod render;
 
+use super::Outcome;
 use super::args::{seconds as time_span, threads, within};
-use super::outputs::is_same;
-use super::progress::{Progress, metric};
-use super::report::{counted, seconds};
-use super::target::target_features;
-use super::{Outcome, interrupt, memory};
+use super::report::counted;
 use crate::batch::cluster::MOST_SHARDS;
 use crate::batch::file::JobFile;
 use crate::batch::plan::{Job, expand};
-use crate::batch::record::{Entry, Events, Manifest};
-use crate::batch::run::{self, Control, Ended};
+use crate::batch::record::{Entry, Manifest};
 use crate::batch::scenes::Scenes;
 use crate::batch::standing::Standing;
 use crate::error::{Error, Result};
@@ -21,8 +18,7 @@ use glob::Pattern;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -117,7 +113,7 @@ pub(super) fn run(args: &BatchArgs) -> Result<Outcome> {
     match &args.plan {
         Some(folder) => plan::write(&batch, folder, args.shards, args.json),
         None if args.dry_run || args.status => list(args, &batch),
-        None => render(args, batch, &mut scenes, manifest),
+        None => render::run(args, batch, &mut scenes, manifest),
     }
 }
 
@@ -223,217 +219,4 @@ fn list(args: &BatchArgs, batch: &Batch) -> Result<Outcome> {
         true => Outcome::Differs,
         false => Outcome::Done,
     })
-}
-
-/// What `batch --json` prints.
-#[derive(Debug, Default, Serialize)]
-struct Report {
-    jobs: usize,
-    done: usize,
-    skipped: usize,
-    failed: usize,
-    /// Not begun or not finished, as it was interrupted.
-    remaining: usize,
-    seconds: f64,
-    paths: u64,
-    rays: u64,
-    mpaths_per_s: f64,
-    rejected_samples: u64,
-    failures: Vec<Failure>,
-    manifest: String,
-    interrupted: bool,
-}
-
-/// A job that failed.
-#[derive(Debug, Serialize)]
-struct Failure {
-    index: usize,
-    name: String,
-    error: String,
-}
-
-/// Renders what is missing or changed.
-fn render(
-    args: &BatchArgs,
-    batch: Batch,
-    scenes: &mut Scenes,
-    mut manifest: Manifest,
-) -> Result<Outcome> {
-    let mut events = events(args, &manifest)?;
-    let Batch {
-        jobs,
-        mut standings,
-        chosen,
-    } = batch;
-    // Where nothing can be recorded, nothing is begun.
-    manifest.write(&jobs, &standings)?;
-    let mut report = Report {
-        manifest: manifest.path().display().to_string(),
-        ..Report::default()
-    };
-    let mut waiting = Vec::new();
-    let mut ended_at_once = Vec::new();
-    for (job, _) in jobs.iter().zip(&chosen).filter(|(_, chosen)| **chosen) {
-        report.jobs += 1;
-        match (&job.ready, &standings[job.index]) {
-            (Err(why), _) => ended_at_once.push((job, failed(why))),
-            (_, Standing::Done { image_hash }) => ended_at_once.push((job, skipped(image_hash))),
-            _ => waiting.push(job),
-        }
-    }
-    let paths = waiting.iter().filter_map(|job| job.ready.as_ref().ok());
-    let paths = paths.map(|ready| ready.paths()).sum();
-    let progress = Progress::of_jobs(waiting.len(), paths, args.quiet);
-    let begin = Instant::now();
-    let mut ended = |job: &Job, ended: Ended| {
-        if let Some(events) = &mut events {
-            events.add(job, &ended)?;
-        }
-        // What was not traced of it is not waited for.
-        if let Ok(ready) = &job.ready
-            && ended.outcome != run::Outcome::Skipped
-        {
-            progress.job(ready.paths().saturating_sub(ended.paths));
-        }
-        report.add(job, &ended);
-        if let Some(standing) = standing(ended) {
-            standings[job.index] = standing;
-        }
-        manifest.update(&jobs, &standings)
-    };
-    let listened = ended_at_once
-        .into_iter()
-        .try_for_each(|(job, of)| ended(job, of));
-    let stop = interrupt::listen();
-    let ran = listened.and_then(|()| {
-        let control = Control {
-            stop,
-            progress: &|paths| progress.add(paths),
-            threads: args.threads,
-            checkpoint: args.checkpoint,
-            target_features: &target_features(),
-            fits: &|settings| {
-                memory::check(settings, 1, "choose a smaller size, or parts with crop")
-            },
-            ended: &mut ended,
-        };
-        run::run(&waiting, scenes, control)
-    });
-    progress.finish();
-    // What is done is done, whatever ended the batch.
-    let recorded = manifest.write(&jobs, &standings);
-    ran.and(recorded)?;
-    report.seconds = begin.elapsed().as_secs_f64();
-    report.mpaths_per_s = report.paths as f64 / report.seconds.max(1e-9) / 1e6;
-    report.remaining = report.jobs - report.done - report.skipped - report.failed;
-    report.interrupted = report.remaining > 0 && stop.load(Ordering::Relaxed);
-    report.tell(args.json)
-}
-
-/// The file of events, open.
-fn events(args: &BatchArgs, manifest: &Manifest) -> Result<Option<Events>> {
-    let Some(path) = &args.events else {
-        return Ok(None);
-    };
-    if is_same(path, &args.jobs) || is_same(path, manifest.path()) {
-        return Err(Error::Usage(format!(
-            "--events {}: this file is used already; name another",
-            path.display()
-        )));
-    }
-    Events::append_to(path).map(Some)
-}
-
-fn skipped(image_hash: &str) -> Ended {
-    Ended {
-        outcome: run::Outcome::Skipped,
-        image_hash: Some(image_hash.to_owned()),
-        ..Ended::default()
-    }
-}
-
-fn failed(why: &str) -> Ended {
-    Ended {
-        outcome: run::Outcome::Failed(why.to_owned()),
-        ..Ended::default()
-    }
-}
-
-/// How far a job is once it ended; as it was, where it was interrupted.
-fn standing(ended: Ended) -> Option<Standing> {
-    match ended.outcome {
-        run::Outcome::Done | run::Outcome::Skipped => Some(Standing::Done {
-            image_hash: ended.image_hash.unwrap_or_default(),
-        }),
-        run::Outcome::Failed(why) => Some(Standing::Failed(why)),
-        run::Outcome::Interrupted => None,
-    }
-}
-
-impl Report {
-    fn add(&mut self, job: &Job, ended: &Ended) {
-        self.paths += ended.paths;
-        self.rays += ended.rays;
-        self.rejected_samples += ended.rejected;
-        match &ended.outcome {
-            run::Outcome::Done => self.done += 1,
-            run::Outcome::Skipped => self.skipped += 1,
-            run::Outcome::Interrupted => {}
-            run::Outcome::Failed(why) => {
-                self.failed += 1;
-                self.failures.push(Failure {
-                    index: job.index,
-                    name: job.name.clone(),
-                    error: why.clone(),
-                });
-            }
-        }
-    }
-
-    /// What came of it, and the exit code of that.
-    fn tell(&self, json: bool) -> Result<Outcome> {
-        if self.rejected_samples > 0 {
-            super::say(format_args!(
-                "warning: {} of {} samples were not finite or not below 2^32, and are kept out of the images; look for \
-                 radiances or shapes of absurd size in the scenes",
-                self.rejected_samples, self.paths
-            ));
-        }
-        for failure in &self.failures {
-            super::say(format_args!("failed: {}: {}", failure.name, failure.error));
-        }
-        if self.interrupted {
-            super::say(format_args!(
-                "interrupted after {}; {} of {} remain, and the same command goes on with them",
-                seconds(self.seconds),
-                self.remaining,
-                counted(self.jobs, "job")
-            ));
-        }
-        match json {
-            true => super::print_json(self)?,
-            false => super::print(&self.summary())?,
-        }
-        Ok(match (self.interrupted, self.failed) {
-            (true, _) => Outcome::Interrupted,
-            (false, 0) => Outcome::Done,
-            (false, _) => Outcome::Differs,
-        })
-    }
-
-    /// For people.
-    fn summary(&self) -> String {
-        let speed = match self.paths {
-            0 => String::new(),
-            _ => format!(", {} paths/s", metric(self.mpaths_per_s * 1e6)),
-        };
-        format!(
-            "{}: {} rendered, {} done before, {} failed, in {}{speed}\n",
-            counted(self.jobs, "job"),
-            self.done,
-            self.skipped,
-            self.failed,
-            seconds(self.seconds),
-        )
-    }
 }
