@@ -342,3 +342,18 @@ fn scenes_are_beside_the_job_file_wherever_the_program_runs() {
         ["j.manifest.json", "j.toml", "room.exr", "room.toml"]
     );
 }
+
+#[test]
+fn what_a_killed_batch_left_half_written_is_removed() {
+    let folder = with_jobs(JOBS);
+    let out = folder.path().join("out");
+    assert_eq!(ondine(&folder, "batch jobs.toml").code, 0);
+    // As a kill leaves it: named for the file that was being written.
+    use sha2::{Digest, Sha256};
+    let hash = Sha256::digest("glossy-r0.1-0.exr");
+    let hash: String = hash[..6].iter().map(|byte| format!("{byte:02x}")).collect();
+    let half = format!(".ondine-{hash}-a1b2c3.tmp");
+    fs::rename(out.join("glossy-r0.1-0.exr"), out.join(&half)).unwrap();
+    assert_eq!(ondine(&folder, "batch jobs.toml").code, 0);
+    assert_eq!(names(&out).len(), 8, "{:?}", names(&out));
+}
