@@ -182,9 +182,9 @@ fn set_in(
             names[0],
             hint,
             if hint.is_empty() {
-                "; there are"
+                "; there are:"
             } else {
-                " There are"
+                " There are:"
             },
             list(known())
         ));
