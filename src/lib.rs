@@ -36,7 +36,8 @@
 //!
 //! | floor | rooms |
 //! |---|---|
-//! | 6 | [`cli`]: arguments become validated settings, and those a command |
+//! | 7 | [`cli`]: arguments become validated settings, and those a command |
+//! | 6 | [`batch`]: many images from one file: jobs, what is there of them, and what is rendered |
 //! | 5 | [`mod@render`]: tiles, or light probes, go to rayon workers, one workspace each; [`stats`]: what it took; [`dump`]: every record of a few paths as files, and a port's held to them; [`merge`]: parts of an image, put together; [`resume`]: what there is of an image already |
 //! | 4 | [`wavefront`]: the loop, its five stages, their queues |
 //! | 3 | [`scene`]: what a scene file says, and the tables that kernels read; [`compare`]: whether two images are of one scene, up to noise |
@@ -149,6 +150,7 @@
 //! - The inverse of a sphere's cone by the stable `s / (1 + sqrt(1 − s))`: a quotient that waits for a root. A short series
 //!   and the plain difference, each where it is exact, take its place.
 
+pub mod batch;
 pub mod bvh;
 pub mod cli;
 pub mod compare;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Rooms and their floors. `record!` is exported at the root, from the lanes.
-const FLOORS: [(&str, u32); 22] = [
+const FLOORS: [(&str, u32); 23] = [
     ("lanes", 0),
     ("record", 0),
     ("error", 0),
@@ -23,9 +23,10 @@ const FLOORS: [(&str, u32); 22] = [
     ("dump", 5),
     ("merge", 5),
     ("resume", 5),
-    ("cli", 6),
-    ("main", 6),
-    ("lib", 7),
+    ("batch", 6),
+    ("cli", 7),
+    ("main", 7),
+    ("lib", 8),
 ];
 
 /// Arrows between rooms of one floor that are meant.
@@ -261,6 +262,7 @@ fn a_wrong_arrow_is_caught_however_it_is_written() {
         ("material/lambert.rs", "use crate::shape::Quad;"),
         ("stats.rs", "use crate::render::Settings;"),
         ("render.rs", "use crate::cli;"),
+        ("batch/run.rs", "use crate::cli::report::Report;"),
         ("wavefront/nee.rs", "use super::shade::continues;"),
         (
             "wavefront/nee.rs",

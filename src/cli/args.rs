@@ -1,16 +1,21 @@
 //! Raw arguments: what can be typed. What it means together is for the commands to check.
 
-use super::{compare, dump, merge, sh};
+use super::{batch, compare, dump, merge, sh};
 use crate::bvh::Quality;
+pub(super) use crate::film::parse_size as size;
 use crate::film::tonemap::Operator;
 use crate::film::{AovSet, Region, Shard};
 use crate::render::DEFAULT_WAVE;
-use crate::scene::description::{SamplerKind, Strategy, choices};
+use crate::scene::builtin;
+use crate::scene::cache::Cache;
+use crate::scene::description::{Description, SamplerKind, Strategy, choices};
+use crate::scene::toml::Change;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::Arc;
 use std::time::Duration;
 
 const EXAMPLES: &str = "\
@@ -20,7 +25,7 @@ Examples:
   ondine render room.toml --spp 1024 -o room-fine.exr
   ondine info room-fine.exr                what it holds
 
-Exit codes: 0 done, 1 the answer is no (compare, dump --check), 2 bad input or usage, 130 interrupted.";
+Exit codes: 0 done, 1 the answer is no (compare, dump --check) or a job failed (batch), 2 bad input or usage, 130 interrupted.";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
@@ -28,6 +33,7 @@ Examples:
   ondine render room.toml --time 60                      the best image of one minute
   ondine render room.toml --crop 100,80,228,176 -o part.exr
   ondine render room.toml --aov albedo,normal,depth --tonemap aces --exposure -0.5
+  ondine render room.toml --set materials.ball.roughness=0.2 --set 'lights.0.radiance=[20, 18, 15]'
   ondine render room.toml --json | jq .mpaths_per_s
   ondine render room.toml --spp 4096 --resume            again after a kill: it goes on
   ondine render room.toml --shard 3/16 -o part-3.exr     one part; `ondine merge part-*.exr -o room.exr`
@@ -54,6 +60,8 @@ pub(super) struct Arguments {
 pub(super) enum Command {
     /// Render a scene to an OpenEXR image and a PNG
     Render(RenderArgs),
+    /// Render the jobs of a file: scenes, cameras, parameters
+    Batch(batch::BatchArgs),
     /// Put parts of an image together, bit for bit the whole
     Merge(merge::MergeArgs),
     /// Tell noise from bias in two images of one scene
@@ -82,6 +90,8 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", help_heading = "Image",
           allow_negative_numbers = true, value_parser = whole::<u32>)]
     pub spp: Option<u32>,
+    #[command(flatten)]
+    pub changes: ChangeArgs,
     #[command(flatten)]
     pub settings: SettingsArgs,
     /// Render only these pixels of the image; x1,y1 lies past the last
@@ -143,6 +153,29 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = DEFAULT_WAVE, help_heading = "Running",
           allow_negative_numbers = true, value_parser = whole::<u32>)]
     pub wave: u32,
+}
+
+/// Other values for what a scene file says.
+#[derive(Args, Debug)]
+pub(super) struct ChangeArgs {
+    /// Change a value of a .toml scene before it is read, as in materials.ball.roughness=0.2; may be given several times
+    #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Image")]
+    set: Vec<String>,
+}
+
+impl ChangeArgs {
+    /// The scene, changed.
+    ///
+    /// # Errors
+    /// As [`builtin::open_changed`].
+    pub fn open(&self, scene: &str) -> crate::error::Result<Description> {
+        let changes = self
+            .set
+            .iter()
+            .map(|text| Change::parse(text).map(Arc::new));
+        let changes = changes.collect::<crate::error::Result<Vec<_>>>()?;
+        builtin::open_changed(scene, &changes, &mut Cache::default())
+    }
 }
 
 /// The picture beside an image.
@@ -302,12 +335,6 @@ pub(super) fn within(text: &str, low: usize, high: usize) -> Result<usize, Strin
         .ok_or_else(|| format!("write a whole number from {low} to {high}"))
 }
 
-pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
-    text.split_once(['x', 'X', '×'])
-        .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)))
-        .ok_or_else(|| "write width and height in pixels, as in 640x480".to_owned())
-}
-
 pub(super) fn exposure(text: &str) -> Result<f32, String> {
     text.parse()
         .ok()
@@ -317,7 +344,7 @@ pub(super) fn exposure(text: &str) -> Result<f32, String> {
         })
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     /// About thirty years.
     const LONGEST: f64 = 1e9;
     text.parse()

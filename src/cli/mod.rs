@@ -1,8 +1,9 @@
-//! Floor 6: the command line. Raw arguments become validated settings, and those a command.
+//! Floor 7: the command line. Raw arguments become validated settings, and those a command.
 //!
-//! Results go to stdout; progress and messages to stderr. Exit codes: 0 done, 1 the answer is no, 2 bad input or usage, 130 interrupted.
+//! Results go to stdout; progress and messages to stderr. Exit codes: 0 done, 1 the answer is no or a job failed, 2 bad input or usage, 130 interrupted.
 
 mod args;
+mod batch;
 mod compare;
 mod dump;
 mod info;
@@ -59,6 +60,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
     };
     let outcome = match &arguments.command {
         Command::Render(args) => render::run(args),
+        Command::Batch(args) => batch::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Info(args) => info::run(args),

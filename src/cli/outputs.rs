@@ -122,7 +122,8 @@ fn place(path: &Path) -> PathBuf {
     whole.or_else(in_folder).unwrap_or_else(|| path.to_owned())
 }
 
-fn is_same(output: &Path, input: &Path) -> bool {
+/// Whether both are there, and one file.
+pub(super) fn is_same(output: &Path, input: &Path) -> bool {
     matches!((output.canonicalize(), input.canonicalize()), (Ok(output), Ok(input)) if output == input)
 }
 

@@ -11,7 +11,6 @@ use crate::film::tonemap::Tonemap;
 use crate::film::{Film, MAX_SAMPLES, Metadata, exr, png};
 use crate::render::{Checkpoint, Continuation, Control, Rendered, Settings, render_on, workers};
 use crate::resume::{self, Before, Other};
-use crate::scene::builtin;
 use crate::scene::description::Description;
 use crate::stats::Stats;
 use crate::wavefront;
@@ -24,7 +23,7 @@ const CHECKPOINT: Duration = Duration::from_secs(60);
 
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     let begin = Instant::now();
-    let scene = builtin::open(&args.scene)?;
+    let scene = args.changes.open(&args.scene)?;
     let load = begin.elapsed();
     for warning in &scene.warnings {
         super::say(format_args!("warning: {warning}"));

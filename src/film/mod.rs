@@ -29,7 +29,7 @@ pub use describe::{Channel, ExrDescription, Part, describe};
 pub use exact::MAX_SAMPLES;
 pub use metadata::Metadata;
 pub use raster::Raster;
-pub use region::Region;
+pub use region::{Region, parse_size};
 pub use shard::Shard;
 pub use whole_file::{remove_leftovers, write_whole};
 

@@ -3,6 +3,7 @@
 
 mod alias;
 pub mod builtin;
+pub mod cache;
 pub mod camera;
 mod cells;
 pub mod description;
