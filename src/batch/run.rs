@@ -6,12 +6,14 @@ use super::scenes::Scenes;
 use super::standing::Standing;
 use crate::bvh::Quality;
 use crate::error::{Error, Result};
-use crate::film::Metadata;
+use crate::film::{Metadata, remove_leftovers};
 use crate::render::{self, Frame, Jobs, Rendered, Settings, all_processors, find_camera, many};
 use crate::resume::{self, Before, Other};
 use crate::scene::Scene;
 use crate::scene::description::Description;
 use crate::scene::trees::Trees;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -94,6 +96,7 @@ pub fn run(jobs: &[&Job], scenes: &mut Scenes, control: Control) -> Result<()> {
             scenes,
             compiled: None,
             trees: Trees::default(),
+            folders: HashMap::new(),
         }),
         ended: Mutex::new(control.ended),
         warn: control.warn,
@@ -127,6 +130,8 @@ struct Desk<'a> {
     compiled: Option<(Arc<Description>, Arc<Scene>)>,
     /// Those of its meshes, which scenes with other materials share.
     trees: Trees,
+    /// Folders of images, and whether a killed program left anything there.
+    folders: HashMap<PathBuf, bool>,
 }
 
 /// A job under way.
@@ -189,7 +194,8 @@ impl<'a> Queue<'a> {
             .ready
             .as_ref()
             .map_err(|why| Error::Usage(why.clone()))?;
-        if Standing::of_image(ready) == Standing::WithoutPng {
+        let standing = Standing::of_image(ready);
+        if standing == Standing::WithoutPng {
             return image::develop(ready).map(Made::Ended);
         }
         let description = desk.scenes.open(&job.scene, &job.changes)?;
@@ -202,8 +208,17 @@ impl<'a> Queue<'a> {
         (self.fits)(&ready.settings)?;
         image::create_folder(&ready.exr)?;
         let wanted = resume::wanted(&description, &ready.settings, self.target_features);
-        // What is damaged, or another image, is replaced.
-        let before = resume::find(&ready.exr, &wanted, Other::Replace, &|_| ())?;
+        let is_new = standing == Standing::Missing
+            && !resume::checkpoint(&ready.exr).exists()
+            && !desk.has_leftovers(&ready.exr);
+        let before = match is_new {
+            true => None,
+            // What is damaged, or another image, is replaced.
+            false => {
+                remove_leftovers(&ready.png_path());
+                resume::find(&ready.exr, &wanted, Other::Replace, &|_| ())?
+            }
+        };
         let (film, before) = match before {
             Some(Before { film, metadata, .. }) => {
                 (Some((film, metadata.blocks.clone())), Some(metadata))
@@ -231,6 +246,18 @@ impl<'a> Queue<'a> {
 }
 
 impl Desk<'_> {
+    /// Whether a killed program left anything in the folder of a file. Asked of each folder once, before the first file is
+    /// written there: each time, that would take as long as there are files.
+    fn has_leftovers(&mut self, file: &Path) -> bool {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        if let Some(found) = self.folders.get(folder) {
+            return *found;
+        }
+        let found = image::has_leftovers(folder);
+        self.folders.insert(folder.to_owned(), found);
+        found
+    }
+
     fn compiled(&mut self, description: Arc<Description>) -> Arc<Scene> {
         match &self.compiled {
             Some((of, scene)) if Arc::ptr_eq(of, &description) => scene.clone(),

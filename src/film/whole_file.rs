@@ -62,14 +62,21 @@ fn write(
     Ok(())
 }
 
-/// What the names of temporary files end with.
+/// What the names of temporary files begin with.
+const PREFIX: &str = ".ondine-";
+/// What they end with.
 const SUFFIX: &str = ".tmp";
 
 /// What the names of a file's temporary ones begin with.
 fn prefix(target: &Path) -> String {
     let name = target.file_name().unwrap_or_default();
     let hash = hexadecimal(&Sha256::digest(name.as_encoded_bytes()));
-    format!(".ondine-{}-", &hash[..12])
+    format!("{PREFIX}{}-", &hash[..12])
+}
+
+/// Whether a file of this name is one that is being written, or that a killed program was writing.
+pub fn is_leftover(name: &str) -> bool {
+    name.starts_with(PREFIX) && name.ends_with(SUFFIX)
 }
 
 /// Removes what a killed program left of a file that it was writing; nobody else may be writing it.

@@ -77,8 +77,10 @@ fn a_batch_renders_what_render_renders_and_then_nothing() {
     assert_eq!(job["set"]["materials.satin_copper.roughness"], "0.4");
     let ended = events(&folder);
     assert_eq!(ended.len(), 4);
-    assert_eq!(ended[3]["outcome"], "done");
-    assert_eq!(ended[3]["image_hash"], single["image_hash"]);
+    // In the order in which they end.
+    let event = ended.iter().find(|event| event["index"] == 3).unwrap();
+    assert_eq!(event["outcome"], "done");
+    assert_eq!(event["image_hash"], single["image_hash"]);
 
     let before = fs::metadata(out.join("glossy-r0.4-1.exr"))
         .unwrap()
@@ -339,4 +341,19 @@ fn scenes_are_beside_the_job_file_wherever_the_program_runs() {
         names(&folder.path().join("jobs")),
         ["j.manifest.json", "j.toml", "room.exr", "room.toml"]
     );
+}
+
+#[test]
+fn what_a_killed_batch_left_half_written_is_removed() {
+    let folder = with_jobs(JOBS);
+    let out = folder.path().join("out");
+    assert_eq!(ondine(&folder, "batch jobs.toml").code, 0);
+    // As a kill leaves it: named for the file that was being written.
+    use sha2::{Digest, Sha256};
+    let hash = Sha256::digest("glossy-r0.1-0.exr");
+    let hash: String = hash[..6].iter().map(|byte| format!("{byte:02x}")).collect();
+    let half = format!(".ondine-{hash}-a1b2c3.tmp");
+    fs::rename(out.join("glossy-r0.1-0.exr"), out.join(&half)).unwrap();
+    assert_eq!(ondine(&folder, "batch jobs.toml").code, 0);
+    assert_eq!(names(&out).len(), 8, "{:?}", names(&out));
 }
