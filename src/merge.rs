@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::film::exr::{self, ImageHeader};
 use crate::film::{AovSet, BLOCK, Coverage, Film, Metadata, Region, Shard};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Parts of one image, of which no block of samples is there twice.
@@ -115,7 +116,7 @@ impl Parts {
         }
     }
 
-    /// Reads the parts, and adds them up.
+    /// Reads the parts, and adds them up: several at once on the rayon pool that the caller runs in.
     ///
     /// # Errors
     /// Those of [`exr::read`], and [`Error::Format`] where a file changed since its header was read.
@@ -123,15 +124,14 @@ impl Parts {
         let Some((_, first)) = self.parts.first() else {
             return Err(Error::Usage("no parts are given to merge".to_owned()));
         };
-        let mut sum = Film::new(first.width, first.height, self.region, first.aovs)?;
-        for (path, header) in &self.parts {
-            let (film, metadata) = exr::read(path)?;
-            if metadata != header.metadata {
+        let sum = Film::new(first.width, first.height, self.region, first.aovs)?;
+        self.parts.par_iter().try_for_each(|(path, header)| {
+            if exr::add_to(path, &sum)? != header.metadata {
                 let message = "this file was replaced while it was merged; merge again";
                 return Err(Error::format(path, message));
             }
-            sum.merge(&film)?;
-        }
+            Ok(())
+        })?;
         Ok(sum)
     }
 }

@@ -81,8 +81,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<Outcome> {
             args.output.display()
         )));
     }
-    // The sum, and the part that is added to it.
-    let pixels = 2 * parts.region().pixels() as u64;
+    let pixels = parts.region().pixels() as u64;
     memory::check_films(pixels, parts.aovs(), "merge on a larger machine")?;
     let film = parts.merge()?;
     exr::write(&exr_path, &film, parts.metadata())?;
