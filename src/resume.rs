@@ -6,6 +6,10 @@ use crate::film::{Coverage, Film, Metadata, remove_leftovers};
 use crate::render::{Rendered, Settings};
 use crate::scene::description::Description;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Time from one checkpoint to the next, unless asked otherwise.
+pub const INTERVAL: Duration = Duration::from_secs(60);
 
 /// What the file of the image that is asked for will say, before it has any sample. `target_features` are those that the
 /// program was compiled for.

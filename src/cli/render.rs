@@ -18,9 +18,6 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Time from one checkpoint to the next, unless asked otherwise.
-const CHECKPOINT: Duration = Duration::from_secs(60);
-
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     let begin = Instant::now();
     let scene = args.changes.open(&args.scene)?;
@@ -125,7 +122,7 @@ fn go_on(
             progress.say(format_args!("warning: no checkpoint this time: {error}"));
         }
     };
-    let every = args.checkpoint.or(args.resume.then_some(CHECKPOINT));
+    let every = args.checkpoint.or(args.resume.then_some(resume::INTERVAL));
     let continuation = Continuation {
         before: before.map(|before| (before.film, before.metadata.blocks)),
         checkpoint: every.map(|every| Checkpoint { every, keep: &keep }),

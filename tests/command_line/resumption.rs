@@ -3,6 +3,7 @@
 
 use crate::small_disk::SmallDisk;
 use crate::{command, folder, names, ondine};
+use std::cell::Cell;
 use std::fs;
 use std::path::Path;
 use std::process::Stdio;
@@ -32,6 +33,42 @@ fn blocks(folder: &Path, file: &str) -> u64 {
     blocks.len()
 }
 
+/// Kills the program with -9 at random moments until it has been killed so often, then lets it end. What there is after each
+/// kill is for `look` to judge; where it was quick and ended by itself, `again` makes it begin anew.
+fn kill(dir: &Path, line: &str, times: u32, mut look: impl FnMut(), mut again: impl FnMut()) {
+    let mut kills = 0;
+    let mut random = 12_345_u64;
+    while kills < times {
+        let mut child = command(dir, line)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        // 10 to 200 ms: in loading, tracing, a checkpoint, the last write.
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        std::thread::sleep(Duration::from_millis(10 + (random >> 33) % 190));
+        let ended = child.try_wait().unwrap();
+        child.kill().unwrap();
+        child.wait().unwrap();
+        look();
+        match ended {
+            Some(status) => {
+                assert!(status.success(), "after {kills} kills");
+                again();
+            }
+            None => kills += 1,
+        }
+    }
+    let run = command(dir, line).output().unwrap();
+    assert!(
+        run.status.success(),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
+}
+
 #[test]
 fn twenty_five_kills_lose_at_most_what_came_after_a_checkpoint() {
     let folder = folder();
@@ -39,51 +76,31 @@ fn twenty_five_kills_lose_at_most_what_came_after_a_checkpoint() {
     let spp = 16 * 256;
     let line = format!("render {IMAGE} --spp {spp} --resume --checkpoint 0.02 -o image.exr");
     let once = format!("render {IMAGE} --spp {spp} -o once.exr");
-    assert!(command(dir, &once).status().unwrap().success());
+    assert!(command(dir, &once).output().unwrap().status.success());
 
-    let (mut kills, mut most) = (0, 0);
-    let mut wait = 12_345_u64;
-    loop {
-        let mut child = command(dir, &line)
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        // 10 to 200 ms: in loading, tracing, a checkpoint, the last write.
-        wait = wait
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        if kills < 25 {
-            std::thread::sleep(Duration::from_millis(10 + (wait >> 33) % 190));
+    // The most blocks that were ever in a file.
+    let most = Cell::new(0);
+    let begun = Cell::new(0);
+    let look = || {
+        let images = names(dir).into_iter();
+        for name in images.filter(|name| name.ends_with(".exr") && name != "once.exr") {
+            let held = blocks(dir, &name);
+            assert!(
+                held >= most.get(),
+                "{name} has {held} blocks, and {} were there",
+                most.get()
+            );
+            most.set(held);
+            begun.set(begun.get().max(held));
         }
-        let ended = match kills < 25 {
-            true => child.try_wait().unwrap(),
-            false => Some(child.wait().unwrap()),
-        };
-        if let Some(status) = ended {
-            assert!(status.success(), "after {kills} kills");
-            if kills == 25 {
-                break;
-            }
-            // It was quick: once more from the beginning.
-            assert_eq!(hash(dir, "image.exr"), hash(dir, "once.exr"));
-            fs::remove_file(dir.join("image.exr")).unwrap();
-            most = 0;
-            continue;
-        }
-        child.kill().unwrap();
-        child.wait().unwrap();
-        kills += 1;
-        for name in names(dir)
-            .iter()
-            .filter(|name| name.ends_with(".exr") && *name != "once.exr")
-        {
-            let held = blocks(dir, name);
-            assert!(held >= most, "{name} had {most} blocks and has {held}");
-            most = held;
-        }
-    }
-    assert!(most > 0, "no checkpoint was ever written");
+    };
+    let again = || {
+        assert_eq!(hash(dir, "image.exr"), hash(dir, "once.exr"));
+        fs::remove_file(dir.join("image.exr")).unwrap();
+        most.set(0);
+    };
+    kill(dir, &line, 25, look, again);
+    assert!(begun.get() > 0, "no checkpoint was ever written");
     assert_eq!(
         names(dir),
         ["image.exr", "once.exr"],
@@ -92,10 +109,13 @@ fn twenty_five_kills_lose_at_most_what_came_after_a_checkpoint() {
     assert_eq!(hash(dir, "image.exr"), hash(dir, "once.exr"));
 
     // And once more: there is nothing to do.
-    let before = fs::metadata(dir.join("image.exr"))
-        .unwrap()
-        .modified()
-        .unwrap();
+    let written = || {
+        fs::metadata(dir.join("image.exr"))
+            .unwrap()
+            .modified()
+            .unwrap()
+    };
+    let before = written();
     let run = ondine(&folder, &line);
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert!(
@@ -103,13 +123,76 @@ fn twenty_five_kills_lose_at_most_what_came_after_a_checkpoint() {
         "{}",
         run.stdout
     );
+    assert_eq!(written(), before);
+}
+
+#[test]
+fn twenty_five_kills_of_a_batch_leave_whole_files_and_the_same_images() {
+    let folder = folder();
+    let dir = folder.path();
+    // Some are short, some long enough for checkpoints.
+    let jobs = r#"version = 1
+[defaults]
+size = "32x24"
+output = "out/{scene}-{spp}-{seed}.exr"
+[[jobs]]
+scene = ["cornell", "glossy"]
+spp = [16, 2048]
+seed = [0, 1, 2]
+"#;
+    fs::write(dir.join("jobs.toml"), jobs).unwrap();
+    let line = "batch jobs.toml --checkpoint 0.02 --events events.ndjson --quiet";
+    let look = || {
+        let out = names(&dir.join("out")).into_iter();
+        for name in out.filter(|name| name.ends_with(".exr")) {
+            assert!(blocks(&dir.join("out"), &name) > 0, "{name} is whole");
+        }
+        let manifest = fs::read(dir.join("jobs.manifest.json")).unwrap_or(b"{}".to_vec());
+        serde_json::from_slice::<serde_json::Value>(&manifest).expect("a whole manifest");
+    };
+    fs::create_dir(dir.join("out")).unwrap();
+    let again = || {
+        fs::remove_dir_all(dir.join("out")).unwrap();
+        fs::create_dir(dir.join("out")).unwrap();
+    };
+    kill(dir, line, 25, look, again);
+
+    let mut expected = Vec::new();
+    for scene in ["cornell", "glossy"] {
+        for (spp, seed) in [16, 2048]
+            .into_iter()
+            .flat_map(|spp| (0..3).map(move |seed| (spp, seed)))
+        {
+            let options =
+                format!("--size 32x24 --spp {spp} --seed {seed} --no-png --quiet -o once.exr");
+            let once = command(dir, &format!("render {scene} {options}"))
+                .output()
+                .unwrap();
+            assert!(once.status.success());
+            let name = format!("{scene}-{spp}-{seed}");
+            let image = hash(dir, &format!("out/{name}.exr"));
+            assert!(image.is_some() && image == hash(dir, "once.exr"), "{name}");
+            expected.extend([format!("{name}.exr"), format!("{name}.png")]);
+        }
+    }
+    expected.sort();
     assert_eq!(
-        fs::metadata(dir.join("image.exr"))
-            .unwrap()
-            .modified()
-            .unwrap(),
-        before
+        names(&dir.join("out")),
+        expected,
+        "nothing is left of the kills"
     );
+    let status = command(dir, "batch jobs.toml --status").output().unwrap();
+    assert!(
+        status.status.success(),
+        "{}",
+        String::from_utf8_lossy(&status.stdout)
+    );
+    // Lines that a kill cut off aside, each event is an object.
+    let events = fs::read_to_string(dir.join("events.ndjson")).unwrap();
+    let whole = events
+        .lines()
+        .filter(|line| serde_json::from_str::<serde_json::Value>(line).is_ok());
+    assert!(whole.count() >= 12);
 }
 
 #[test]

@@ -84,7 +84,7 @@ pub(super) struct BatchArgs {
     #[arg(long, value_name = "N", help_heading = "Running",
           allow_negative_numbers = true, value_parser = threads)]
     threads: Option<usize>,
-    /// Keep what there is of each image from time to time, to go on from after a crash
+    /// Keep what there is of each image under way that often, to go on from after a crash [default: 60]
     #[arg(long, value_name = "SECONDS", help_heading = "Running",
           allow_negative_numbers = true, value_parser = time_span)]
     checkpoint: Option<Duration>,

@@ -12,6 +12,7 @@ use crate::batch::run::{self, Control, Ended};
 use crate::batch::scenes::Scenes;
 use crate::batch::standing::Standing;
 use crate::error::{Error, Result};
+use crate::resume;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -85,7 +86,7 @@ pub(super) fn run(
         stop,
         progress: &|paths| progress.add(paths),
         threads: args.threads,
-        checkpoint: args.checkpoint,
+        checkpoint: Some(args.checkpoint.unwrap_or(resume::INTERVAL)),
         target_features: &target_features(),
         fits: &|settings| memory::check(settings, 1, "choose a smaller size, or parts with crop"),
         warn: &|message| progress.say(format_args!("warning: {message}")),
