@@ -15,7 +15,7 @@ use super::planes::{self, Content, Plane};
 use super::{Film, write_whole};
 use crate::error::{Error, Result};
 use ::exr::block::writer::ChunksWriter;
-use ::exr::block::{BlockIndex, UncompressedBlock, chunk::Chunk};
+use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::compression::Compression;
 use ::exr::error::Error as ExrError;
 use ::exr::math::Vec2;
@@ -24,7 +24,7 @@ use ::exr::meta::header::{Header, LayerAttributes};
 use ::exr::meta::{BlockDescription, MetaData};
 use rayon::prelude::*;
 use std::fs::File;
-use std::io::{self, Read, Seek, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
@@ -34,34 +34,90 @@ const BATCH: usize = 64;
 /// Writes `film` and what is known of its render to `path`: whole, or [`Error::Write`] and nothing.
 pub fn write(path: &Path, film: &Film, metadata: &Metadata) -> Result<()> {
     write_whole(path, |file| {
-        encode(file, film, metadata).map_err(|error| match error {
+        let checksum = encode(file, film, metadata).map_err(|error| match error {
             ExrError::Io(source) => source,
             other => io::Error::other(other.to_string()),
-        })
+        })?;
+        file.flush()?;
+        put_checksum(file.get_mut(), &checksum)
     })
 }
 
-fn encode(file: impl Write + Seek, film: &Film, metadata: &Metadata) -> ::exr::error::UnitResult {
+/// Writes all but the checksum, which it gives back.
+fn encode(
+    file: &mut BufWriter<&mut File>,
+    film: &Film,
+    metadata: &Metadata,
+) -> ::exr::error::Result<String> {
     let planes = planes::planes(film.aovs());
     let header = header(film, metadata, &planes);
-    ::exr::block::write(
-        file,
-        [header].into_iter().collect(),
-        true,
-        |meta, writer| {
-            let blocks: Vec<_> = meta.enumerate_ordered_header_block_indices().collect();
-            for batch in blocks.chunks(BATCH) {
-                let chunks: Vec<_> = batch
-                    .par_iter()
-                    .map(|&(index, block)| Ok((index, compress(film, &planes, &meta, block)?)))
-                    .collect::<::exr::error::Result<_>>()?;
-                for (index, chunk) in chunks {
-                    writer.write_chunk(index, chunk)?;
-                }
+    let mut checksum = Checksum::default();
+    let headers = [header].into_iter().collect();
+    ::exr::block::write(file, headers, true, |meta, writer| {
+        let blocks: Vec<_> = meta.enumerate_ordered_header_block_indices().collect();
+        for batch in blocks.chunks(BATCH) {
+            let chunks: Vec<_> = batch
+                .par_iter()
+                .map(|&(index, block)| {
+                    let block = uncompressed(film, &planes, &meta, block);
+                    let sum = Checksum::of(&block.data);
+                    Ok((index, sum, block.compress_to_chunk(&meta.headers)?))
+                })
+                .collect::<::exr::error::Result<_>>()?;
+            for (index, sum, chunk) in chunks {
+                checksum.add(&sum);
+                writer.write_chunk(index, chunk)?;
             }
-            Ok(())
-        },
-    )
+        }
+        Ok(())
+    })?;
+    Ok(checksum.text())
+}
+
+/// Puts the checksum where the header has room for it: it is known only when all blocks are written.
+fn put_checksum(file: &mut File, checksum: &str) -> io::Result<()> {
+    // Name and type of the attribute, and how long its text is.
+    let mut wanted = b"ondine.checksum\0string\0".to_vec();
+    wanted.extend_from_slice(&(NO_CHECKSUM.len() as u32).to_le_bytes());
+    wanted.extend_from_slice(NO_CHECKSUM.as_bytes());
+    file.rewind()?;
+    let mut header = Vec::new();
+    Read::take(&mut *file, LONGEST_HEADER).read_to_end(&mut header)?;
+    let place = header
+        .windows(wanted.len())
+        .position(|bytes| bytes == wanted)
+        .ok_or_else(|| io::Error::other("its header has no room for a checksum"))?;
+    let text = place + wanted.len() - NO_CHECKSUM.len();
+    file.seek(SeekFrom::Start(text as u64))?;
+    file.write_all(checksum.as_bytes())
+}
+
+/// As long as a checksum.
+const NO_CHECKSUM: &str = "--------";
+/// A header lists its channels, which are at most some thousands.
+const LONGEST_HEADER: u64 = 1 << 20;
+
+/// CRC-32 of the pixels of all channels, as blocks hold them before they are compressed: run lengths notice no damage.
+#[derive(Clone, Default)]
+pub(crate) struct Checksum(crc32fast::Hasher);
+
+impl Checksum {
+    /// Of a block.
+    pub fn of(bytes: &[u8]) -> Self {
+        let mut sum = Self::default();
+        sum.0.update(bytes);
+        sum
+    }
+
+    /// Adds that of the next block.
+    pub fn add(&mut self, next: &Self) {
+        self.0.combine(&next.0);
+    }
+
+    /// As files say it.
+    pub fn text(self) -> String {
+        format!("{:08x}", self.0.finalize())
+    }
 }
 
 fn header(film: &Film, metadata: &Metadata, planes: &[Plane]) -> Header {
@@ -81,6 +137,7 @@ fn header(film: &Film, metadata: &Metadata, planes: &[Plane]) -> Header {
     let facts = FilmFacts {
         rejected: film.rejected(),
         image_hash: film.image_hash(),
+        checksum: NO_CHECKSUM.to_owned(),
     };
     let mut attributes = LayerAttributes {
         software_name: Some(Text::from_slice_unchecked(b"Ondine")),
@@ -107,17 +164,16 @@ fn header(film: &Film, metadata: &Metadata, planes: &[Plane]) -> Header {
     )
 }
 
-fn compress(
+fn uncompressed(
     film: &Film,
     planes: &[Plane],
     meta: &MetaData,
     block: BlockIndex,
-) -> ::exr::error::Result<Chunk> {
+) -> UncompressedBlock {
     UncompressedBlock::from_lines(&meta.headers[0].channels, block, |line| {
         let y = film.region().y0 + line.location.position.y() as u32;
         planes::read_row(film, planes[line.location.channel].content, y, line.value);
     })
-    .compress_to_chunk(&meta.headers)
 }
 
 /// Opens an EXR and reads from it; a panic of the decoder on hostile bytes becomes [`Error::Format`].

@@ -41,7 +41,7 @@ impl Film {
 
 /// An [`image_hash`](Film::image_hash) in the making.
 #[derive(Default)]
-pub(super) struct ImageHash {
+struct ImageHash {
     sha: Sha256,
     row: Vec<u8>,
 }

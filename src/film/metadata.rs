@@ -51,8 +51,10 @@ pub struct Metadata {
 pub(super) struct FilmFacts {
     /// Samples kept out.
     pub rejected: u64,
-    /// [`image_hash`](super::Film::image_hash): whoever reads can see that no bit was lost.
+    /// [`image_hash`](super::Film::image_hash).
     pub image_hash: String,
+    /// Of all channels: whoever reads can see that no byte was lost.
+    pub checksum: String,
 }
 
 /// Attributes of an EXR header.
@@ -140,6 +142,7 @@ impl Metadata {
             ("interrupted", whole(self.interrupted.into())),
             ("rejected_samples", whole(facts.rejected)),
             ("image_hash", text(&facts.image_hash)),
+            ("checksum", text(&facts.checksum)),
         ]
         .into_iter()
         .chain(self.roulette.map(|edge| ("roulette", whole(edge.into()))))
@@ -182,6 +185,7 @@ impl Metadata {
         let facts = FilmFacts {
             rejected: read.whole("rejected_samples")?,
             image_hash: read.text("image_hash")?,
+            checksum: read.text("checksum")?,
         };
         Ok((metadata, facts))
     }

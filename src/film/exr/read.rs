@@ -1,8 +1,7 @@
 //! From the file to the film: row after row, so that a part of a merge takes no film of its own.
 
-use super::{cannot_decode, damaged, foreign, guard, rle};
+use super::{Checksum, cannot_decode, damaged, foreign, guard, rle};
 use crate::error::{Error, Result};
-use crate::film::hash::ImageHash;
 use crate::film::metadata::Metadata;
 use crate::film::planes::{self, Content, Number, WORDS};
 use crate::film::{AovSet, Band, Film, Region};
@@ -29,7 +28,12 @@ pub fn read(path: &Path) -> Result<(Film, Metadata)> {
         let image = &opened.header;
         let film = Film::new(image.width, image.height, image.region, image.aovs)
             .map_err(|_| foreign(path, "its windows do not fit"))?;
+        let image_hash = image.image_hash.clone();
         let metadata = opened.add_to(path, &film)?;
+        if film.image_hash() != image_hash {
+            let what = "its pixels do not have the hash that it names";
+            return Err(damaged(path, what));
+        }
         Ok((film, metadata))
     })
 }
@@ -121,6 +125,7 @@ struct Opened {
     meta: MetaData,
     header: ImageHeader,
     rejected: u64,
+    checksum: String,
     exact: ExactChannels,
 }
 
@@ -163,6 +168,7 @@ impl Opened {
                 image_hash: facts.image_hash,
             },
             rejected: facts.rejected,
+            checksum: facts.checksum,
             exact,
             reader,
             meta,
@@ -176,7 +182,7 @@ impl Opened {
         let ImageHeader { region, aovs, .. } = self.header;
         let bytes_per_row = region.width() as usize * header.channels.bytes_per_pixel;
         let mut row = Band::new(region.width() as usize, aovs);
-        let mut hash = ImageHash::default();
+        let mut checksum = Checksum::default();
         let mut y = region.y0;
         for chunk in self.reader.all_chunks(false).map_err(cannot)? {
             let CompressedBlock::ScanLine(block) = chunk.map_err(cannot)?.compressed_block else {
@@ -188,13 +194,13 @@ impl Opened {
             }
             let bytes =
                 unpack(header, y - region.y0, block.compressed_pixels_le).map_err(cannot)?;
+            checksum.add(&Checksum::of(&bytes));
             for bytes in bytes.chunks_exact(bytes_per_row) {
                 self.exact.decode(bytes, aovs, &mut row);
                 if !planes::is_possible(&row, aovs) {
                     let what = "its exact sums are beyond what its samples can give";
                     return Err(damaged(path, what));
                 }
-                hash.row(region.x0, y, &row.counts, &row.sums);
                 film.add_row(region.x0, y, &row)?;
                 y += 1;
             }
@@ -202,9 +208,9 @@ impl Opened {
         if y != region.y1 {
             return Err(damaged(path, "rows are missing"));
         }
-        // The format has no checksum of its own that all decoders look at.
-        if hash.finish() != self.header.image_hash {
-            let what = "its pixels do not have the hash that it names";
+        // The format has none of its own.
+        if checksum.text() != self.checksum {
+            let what = "its pixels do not have the checksum that it names";
             return Err(damaged(path, what));
         }
         film.add_rejected(self.rejected);
