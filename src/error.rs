@@ -41,7 +41,7 @@ impl std::fmt::Display for Place {
 /// What went wrong.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A scene file says something that cannot be rendered.
+    /// A scene or a job file says something that cannot be rendered.
     #[error("{place}: {message}")]
     Scene {
         /// Where.

@@ -36,8 +36,9 @@
 //!
 //! | floor | rooms |
 //! |---|---|
-//! | 6 | [`cli`]: arguments become validated settings, and those a command |
-//! | 5 | [`mod@render`]: tiles, or light probes, go to rayon workers, one workspace each; [`stats`]: what it took; [`dump`]: every record of a few paths as files, and a port's held to them |
+//! | 7 | [`cli`]: arguments become validated settings, and those a command |
+//! | 6 | [`batch`]: many images from one file: jobs, what is there of them, and what is rendered |
+//! | 5 | [`mod@render`]: tiles, or light probes, go to rayon workers, one workspace each; [`stats`]: what it took; [`dump`]: every record of a few paths as files, and a port's held to them; [`merge`]: parts of an image, put together; [`resume`]: what there is of an image already |
 //! | 4 | [`wavefront`]: the loop, its five stages, their queues |
 //! | 3 | [`scene`]: what a scene file says, and the tables that kernels read; [`compare`]: whether two images are of one scene, up to noise |
 //! | 2 | [`shape`]: spheres and quads; [`bvh`]: the tree of triangles; [`material`]: one file for each BSDF; [`film`]: exact pixels, OpenEXR, PNG |
@@ -80,7 +81,7 @@
 //! # The same bits
 //!
 //! An image is a function of scene, settings and seed: not of the number of threads, the size of tiles and waves, or the
-//! order in which they finish. Three decisions carry this.
+//! order in which they finish, whether it was resumed, or into how many shards it was split. Three decisions carry this.
 //!
 //! - Every random number is a function of (seed, pixel, sample, edge, [dimension](sampling::Dimension)): nothing is drawn
 //!   "next", and no worker has a generator.
@@ -149,6 +150,7 @@
 //! - The inverse of a sphere's cone by the stable `s / (1 + sqrt(1 − s))`: a quotient that waits for a root. A short series
 //!   and the plain difference, each where it is exact, take its place.
 
+pub mod batch;
 pub mod bvh;
 pub mod cli;
 pub mod compare;
@@ -157,8 +159,10 @@ pub mod error;
 pub mod film;
 pub mod lanes;
 pub mod material;
+pub mod merge;
 pub mod npy;
 pub mod render;
+pub mod resume;
 pub mod sampling;
 pub mod scene;
 pub mod sh;

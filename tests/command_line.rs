@@ -5,6 +5,7 @@
 mod small_disk;
 
 mod command_line {
+    mod batch;
     mod comparison;
     mod comparison_page;
     mod dump;
@@ -13,8 +14,11 @@ mod command_line {
     mod information;
     mod interruption;
     mod light_probes;
+    mod plans;
     mod refusals;
     mod renders;
+    mod resumption;
+    mod shards;
 }
 
 use serde_json::Value;

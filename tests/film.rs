@@ -5,6 +5,7 @@
 mod small_disk;
 
 mod film {
+    mod coverage;
     mod files;
     mod sums;
 }

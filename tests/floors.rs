@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Rooms and their floors. `record!` is exported at the root, from the lanes.
-const FLOORS: [(&str, u32); 20] = [
+const FLOORS: [(&str, u32); 23] = [
     ("lanes", 0),
     ("record", 0),
     ("error", 0),
@@ -21,15 +21,19 @@ const FLOORS: [(&str, u32); 20] = [
     ("render", 5),
     ("stats", 5),
     ("dump", 5),
-    ("cli", 6),
-    ("main", 6),
-    ("lib", 7),
+    ("merge", 5),
+    ("resume", 5),
+    ("batch", 6),
+    ("cli", 7),
+    ("main", 7),
+    ("lib", 8),
 ];
 
 /// Arrows between rooms of one floor that are meant.
-const LEVEL: [(&str, &str); 5] = [
+const LEVEL: [(&str, &str); 6] = [
     ("render", "stats"),
     ("dump", "render"),
+    ("resume", "render"),
     ("main", "cli"),
     // A macro of the lanes that names its own room from outside.
     ("record", "lanes"),
@@ -258,6 +262,7 @@ fn a_wrong_arrow_is_caught_however_it_is_written() {
         ("material/lambert.rs", "use crate::shape::Quad;"),
         ("stats.rs", "use crate::render::Settings;"),
         ("render.rs", "use crate::cli;"),
+        ("batch/run.rs", "use crate::cli::report::Report;"),
         ("wavefront/nee.rs", "use super::shade::continues;"),
         (
             "wavefront/nee.rs",

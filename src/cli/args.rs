@@ -1,15 +1,21 @@
 //! Raw arguments: what can be typed. What it means together is for the commands to check.
 
-use super::{compare, dump, sh};
+use super::{batch, compare, dump, merge, sh};
 use crate::bvh::Quality;
+pub(super) use crate::film::parse_size as size;
 use crate::film::tonemap::Operator;
-use crate::film::{AovSet, Region};
+use crate::film::{AovSet, Region, Shard};
 use crate::render::DEFAULT_WAVE;
-use crate::scene::description::{SamplerKind, Strategy, choices};
+use crate::scene::builtin;
+use crate::scene::cache::Cache;
+use crate::scene::description::{Description, SamplerKind, Strategy, choices};
+use crate::scene::toml::Change;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
+use std::ops::Range;
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::Arc;
 use std::time::Duration;
 
 const EXAMPLES: &str = "\
@@ -19,7 +25,7 @@ Examples:
   ondine render room.toml --spp 1024 -o room-fine.exr
   ondine info room-fine.exr                what it holds
 
-Exit codes: 0 done, 1 the answer is no (compare, dump --check), 2 bad input or usage, 130 interrupted.";
+Exit codes: 0 done, 1 the answer is no (compare, dump --check) or a job failed (batch), 2 bad input or usage, 130 interrupted.";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
@@ -27,7 +33,10 @@ Examples:
   ondine render room.toml --time 60                      the best image of one minute
   ondine render room.toml --crop 100,80,228,176 -o part.exr
   ondine render room.toml --aov albedo,normal,depth --tonemap aces --exposure -0.5
+  ondine render room.toml --set materials.ball.roughness=0.2 --set 'lights.0.radiance=[20, 18, 15]'
   ondine render room.toml --json | jq .mpaths_per_s
+  ondine render room.toml --spp 4096 --resume            again after a kill: it goes on
+  ondine render room.toml --shard 3/16 -o part-3.exr     one part; `ondine merge part-*.exr -o room.exr`
 
 The image depends on scene, settings and seed alone: threads and wave size do not change a bit of it.
 Ctrl-C writes what there is and exits with 130; a second Ctrl-C quits at once.";
@@ -51,6 +60,10 @@ pub(super) struct Arguments {
 pub(super) enum Command {
     /// Render a scene to an OpenEXR image and a PNG
     Render(RenderArgs),
+    /// Render the jobs of a file: scenes, cameras, parameters
+    Batch(batch::BatchArgs),
+    /// Put parts of an image together, bit for bit the whole
+    Merge(merge::MergeArgs),
     /// Tell noise from bias in two images of one scene
     Compare(compare::CompareArgs),
     /// Show what a scene or an OpenEXR image holds
@@ -78,6 +91,8 @@ pub(super) struct RenderArgs {
           allow_negative_numbers = true, value_parser = whole::<u32>)]
     pub spp: Option<u32>,
     #[command(flatten)]
+    pub changes: ChangeArgs,
+    #[command(flatten)]
     pub settings: SettingsArgs,
     /// Render only these pixels of the image; x1,y1 lies past the last
     #[arg(
@@ -88,20 +103,31 @@ pub(super) struct RenderArgs {
     )]
     pub crop: Option<Region>,
 
+    /// Render one part of N, for `ondine merge` to put together; K from 1
+    #[arg(
+        long,
+        value_name = "K/N",
+        help_heading = "Parts",
+        allow_hyphen_values = true
+    )]
+    pub shard: Option<Shard>,
+    /// Render these samples of each pixel, counted from 0; the last is not among them, and says what --spp would
+    #[arg(long, value_name = "a..b", help_heading = "Parts", allow_hyphen_values = true,
+          value_parser = samples, conflicts_with_all = ["spp", "time"])]
+    pub samples: Option<Range<u32>>,
+    /// Go on from the checkpoint, or from OUT.exr itself; what is there already is not rendered again
+    #[arg(long, help_heading = "Parts")]
+    pub resume: bool,
+    /// Write OUT.checkpoint.exr every so many seconds, for --resume to go on from [default: 60 with --resume]
+    #[arg(long, value_name = "SECONDS", help_heading = "Parts",
+          allow_negative_numbers = true, value_parser = seconds)]
+    pub checkpoint: Option<Duration>,
+
     /// The image to write [default: SCENE.exr in this folder]; the PNG goes beside it
     #[arg(short, long, value_name = "OUT.exr", help_heading = "Output")]
     pub output: Option<PathBuf>,
-    /// Write no PNG
-    #[arg(long, help_heading = "Output")]
-    pub no_png: bool,
-    /// Tone curve of the PNG
-    #[arg(long, value_name = "CURVE", default_value = "linear", help_heading = "Output",
-          value_parser = choice::<Operator>(&["linear", "reinhard", "aces"]))]
-    pub tonemap: Operator,
-    /// Exposure of the PNG: radiance times 2^EV
-    #[arg(long, value_name = "EV", default_value = "0", help_heading = "Output",
-          allow_negative_numbers = true, value_parser = exposure)]
-    pub exposure: f32,
+    #[command(flatten)]
+    pub picture: PictureArgs,
     /// Extra layers of the EXR: albedo, normal, depth of the first surface met; bounces: radiance by path length
     #[arg(long, value_name = "LIST", help_heading = "Output")]
     pub aov: Option<AovSet>,
@@ -127,6 +153,45 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = DEFAULT_WAVE, help_heading = "Running",
           allow_negative_numbers = true, value_parser = whole::<u32>)]
     pub wave: u32,
+}
+
+/// Other values for what a scene file says.
+#[derive(Args, Debug)]
+pub(super) struct ChangeArgs {
+    /// Change a value of a .toml scene before it is read, as in materials.ball.roughness=0.2; may be given several times
+    #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Image")]
+    set: Vec<String>,
+}
+
+impl ChangeArgs {
+    /// The scene, changed.
+    ///
+    /// # Errors
+    /// As [`builtin::open_changed`].
+    pub fn open(&self, scene: &str) -> crate::error::Result<Description> {
+        let changes = self
+            .set
+            .iter()
+            .map(|text| Change::parse(text).map(Arc::new));
+        let changes = changes.collect::<crate::error::Result<Vec<_>>>()?;
+        builtin::open_changed(scene, &changes, &mut Cache::default())
+    }
+}
+
+/// The picture beside an image.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct PictureArgs {
+    /// Write no PNG
+    #[arg(long, help_heading = "Output")]
+    pub no_png: bool,
+    /// Tone curve of the PNG
+    #[arg(long, value_name = "CURVE", default_value = "linear", help_heading = "Output",
+          value_parser = choice::<Operator>(&["linear", "reinhard", "aces"]))]
+    pub tonemap: Operator,
+    /// Exposure of the PNG: radiance times 2^EV
+    #[arg(long, value_name = "EV", default_value = "0", help_heading = "Output",
+          allow_negative_numbers = true, value_parser = exposure)]
+    pub exposure: f32,
 }
 
 /// What decides the bits of an image, beside the scene and the samples.
@@ -270,12 +335,6 @@ pub(super) fn within(text: &str, low: usize, high: usize) -> Result<usize, Strin
         .ok_or_else(|| format!("write a whole number from {low} to {high}"))
 }
 
-pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
-    text.split_once(['x', 'X', '×'])
-        .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)))
-        .ok_or_else(|| "write width and height in pixels, as in 640x480".to_owned())
-}
-
 pub(super) fn exposure(text: &str) -> Result<f32, String> {
     text.parse()
         .ok()
@@ -285,7 +344,7 @@ pub(super) fn exposure(text: &str) -> Result<f32, String> {
         })
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     /// About thirty years.
     const LONGEST: f64 = 1e9;
     text.parse()
@@ -293,4 +352,12 @@ fn seconds(text: &str) -> Result<Duration, String> {
         .filter(|&seconds| seconds > 0.0 && seconds <= LONGEST)
         .map(Duration::from_secs_f64)
         .ok_or_else(|| "a time is a number of seconds above 0 and at most 1e9".to_owned())
+}
+
+/// A range of sample indices, not empty.
+pub(super) fn samples(text: &str) -> std::result::Result<Range<u32>, String> {
+    text.split_once("..")
+        .and_then(|(from, to)| Some(from.trim().parse().ok()?..to.trim().parse().ok()?))
+        .filter(|samples: &Range<u32>| !samples.is_empty())
+        .ok_or_else(|| "write the first sample and the one past the last, as in 0..16".to_owned())
 }

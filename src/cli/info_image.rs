@@ -2,7 +2,7 @@
 
 use super::report::Samples;
 use crate::error::{Error, Result};
-use crate::film::{self, ExrDescription, Film, Metadata, Part, Region, exr};
+use crate::film::{self, Coverage, ExrDescription, Film, Metadata, Part, Region, exr};
 use serde::Serialize;
 use serde_json::Value;
 use std::fmt::Write;
@@ -33,6 +33,10 @@ struct Exact {
     /// Samples that pixels hold.
     samples: Samples,
     rejected_samples: u64,
+    /// The samples that every pixel has.
+    sample_ranges: Vec<std::ops::Range<u32>>,
+    /// The sample blocks that the whole image has and this file lacks.
+    missing_blocks: Coverage,
     #[serde(flatten)]
     metadata: Metadata,
 }
@@ -81,6 +85,8 @@ impl Exact {
                 max: counts().max().unwrap_or(0),
             },
             rejected_samples: film.rejected(),
+            sample_ranges: metadata.sample_ranges(),
+            missing_blocks: metadata.all_blocks().without(&metadata.blocks),
             metadata,
         })
     }
@@ -207,6 +213,20 @@ impl Exact {
         };
         let stopped = if m.interrupted { ", interrupted" } else { "" };
         line(text, "samples", format!("{held}{stopped}"));
+        if !self.missing_blocks.is_empty() {
+            let all = m.all_blocks().len();
+            let percent = m.blocks.len() as f64 / all as f64 * 100.0;
+            let shard = m
+                .shard
+                .map(|shard| format!("shard {shard}: "))
+                .unwrap_or_default();
+            let held = m.blocks.len();
+            line(
+                text,
+                "part",
+                format!("{shard}{held} of {all} sample blocks ({percent:.1} %)"),
+            );
+        }
         line(text, "rejected", self.rejected_samples);
         line(
             text,

@@ -1,7 +1,7 @@
 //! Whether an image fits in memory: better asked before than found out by the system's killer of processes.
 
 use crate::error::{Error, Result};
-use crate::film::BLOCK;
+use crate::film::{AovSet, BLOCK};
 use crate::render::{Settings, all_processors};
 
 /// Bytes of a pixel: six exact sums and a count in the film; its mean, twice, and three bytes while files are written.
@@ -68,9 +68,23 @@ fn bytes_fit(needed: u64, available: u64, what: &str, remedy: &str) -> Result<()
 }
 
 fn film(settings: &Settings) -> u64 {
-    let layers = settings.layers();
-    let pixel = PIXEL + AOV * layers.components() as u64 + LENGTH * u64::from(layers.lengths);
-    settings.region.pixels() as u64 * pixel
+    // Of a shard no more is kept than the pixels that it reaches.
+    let stored = settings.coverage().bounds(settings.region);
+    let pixels = stored.unwrap_or(settings.region).pixels() as u64;
+    pixels * pixel(settings.layers())
+}
+
+fn pixel(layers: AovSet) -> u64 {
+    PIXEL + AOV * layers.components() as u64 + LENGTH * u64::from(layers.lengths)
+}
+
+/// For films that are not rendered: of so many pixels altogether.
+///
+/// # Errors
+/// [`Error::Usage`], with the remedy, where the machine has less memory to give. `Ok` where it does not tell.
+pub(super) fn check_films(pixels: u64, layers: AovSet, remedy: &str) -> Result<()> {
+    let needed = pixels.saturating_mul(pixel(layers));
+    check_bytes(needed, &format!("films of {pixels} pixels"), remedy)
 }
 
 fn queues(settings: &Settings) -> u64 {

@@ -1,8 +1,9 @@
-//! Floor 6: the command line. Raw arguments become validated settings, and those a command.
+//! Floor 7: the command line. Raw arguments become validated settings, and those a command.
 //!
-//! Results go to stdout; progress and messages to stderr. Exit codes: 0 done, 1 the answer is no, 2 bad input or usage, 130 interrupted.
+//! Results go to stdout; progress and messages to stderr. Exit codes: 0 done, 1 the answer is no or a job failed, 2 bad input or usage, 130 interrupted.
 
 mod args;
+mod batch;
 mod compare;
 mod dump;
 mod info;
@@ -10,6 +11,7 @@ mod info_image;
 mod info_scene;
 mod interrupt;
 mod memory;
+mod merge;
 mod outputs;
 mod plot;
 mod progress;
@@ -58,6 +60,8 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
     };
     let outcome = match &arguments.command {
         Command::Render(args) => render::run(args),
+        Command::Batch(args) => batch::run(args),
+        Command::Merge(args) => merge::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Info(args) => info::run(args),
         Command::Rays(args) => rays::run(args),

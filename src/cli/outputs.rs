@@ -1,7 +1,7 @@
 //! Where a render's files go, made sure of before it begins: an hour's work is not lost to a folder that is not there.
 
 use crate::error::{Error, Result};
-use crate::film::write_whole;
+use crate::film::{Shard, write_whole};
 use crate::scene::description::{Description, Environment};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -16,18 +16,26 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// What was asked for, or the scene's name in the current folder.
+    /// What was asked for, or the scene's name in the current folder, with the number of the part if it is one.
     ///
     /// # Errors
     /// [`Error::Usage`] where the image is not called `.exr`, or a file would replace one that the scene reads;
     /// [`Error::Write`] where one cannot be written.
-    pub fn new(asked: Option<&Path>, png: bool, scene: &Description) -> Result<Self> {
+    pub fn new(
+        asked: Option<&Path>,
+        png: bool,
+        scene: &Description,
+        shard: Option<Shard>,
+    ) -> Result<Self> {
         let exr = match asked {
             Some(path) if is_exr(path) => path.to_owned(),
             Some(path) => return Err(not_exr("-o", path)),
             None => {
                 let stem = Path::new(&scene.name).file_stem().unwrap_or_default();
                 let mut name = stem.to_owned();
+                if let Some(shard) = shard {
+                    name.push(format!(".{}-of-{}", shard.number(), shard.of()));
+                }
                 name.push(".exr");
                 name.into()
             }
@@ -114,7 +122,8 @@ fn place(path: &Path) -> PathBuf {
     whole.or_else(in_folder).unwrap_or_else(|| path.to_owned())
 }
 
-fn is_same(output: &Path, input: &Path) -> bool {
+/// Whether both are there, and one file.
+pub(super) fn is_same(output: &Path, input: &Path) -> bool {
     matches!((output.canonicalize(), input.canonicalize()), (Ok(output), Ok(input)) if output == input)
 }
 

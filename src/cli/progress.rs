@@ -18,19 +18,33 @@ pub(super) struct Progress {
     begin: Instant,
     /// What ends the render; none where it is the number of paths.
     time: Option<Duration>,
+    /// Jobs that ended, and all of them.
+    jobs: (AtomicU64, u64),
 }
 
 impl Progress {
     /// For a render of `paths` camera paths, or as many as fit in `time`.
     pub fn new(scene: &str, paths: u64, time: Option<Duration>, quiet: bool) -> Self {
+        let name = Path::new(scene).file_stem().unwrap_or_default();
+        Self::start(format!("Rendering {}", name.display()), paths, time, quiet)
+    }
+
+    /// For several jobs, of `paths` camera paths in all.
+    pub fn of_jobs(jobs: usize, paths: u64, quiet: bool) -> Self {
+        let mut progress = Self::start(String::new(), paths, None, quiet);
+        progress.jobs.1 = jobs as u64;
+        progress.show_jobs(0);
+        progress
+    }
+
+    fn start(message: String, paths: u64, time: Option<Duration>, quiet: bool) -> Self {
         let traced = Arc::new(AtomicU64::new(0));
         let bar = if quiet || !std::io::stderr().is_terminal() {
             ProgressBar::hidden()
         } else {
             let bar = ProgressBar::new(time.map_or(paths, milliseconds));
             bar.set_style(style(&traced, time));
-            let name = Path::new(scene).file_stem().unwrap_or_default();
-            bar.set_message(format!("Rendering {}", name.display()));
+            bar.set_message(message);
             bar.enable_steady_tick(TICK);
             bar
         };
@@ -39,6 +53,7 @@ impl Progress {
             paths: traced,
             begin: Instant::now(),
             time,
+            jobs: (AtomicU64::new(0), 0),
         }
     }
 
@@ -55,6 +70,22 @@ impl Progress {
                 self.bar.set_position(milliseconds(elapsed));
             }
         }
+    }
+
+    /// After each job; `untraced` of its paths will not be.
+    pub fn job(&self, untraced: u64) {
+        self.add(untraced);
+        self.show_jobs(self.jobs.0.fetch_add(1, Ordering::Relaxed) + 1);
+    }
+
+    fn show_jobs(&self, ended: u64) {
+        self.bar
+            .set_message(format!("{ended} of {} jobs", self.jobs.1));
+    }
+
+    /// Says something on stderr, above the bar.
+    pub fn say(&self, message: impl std::fmt::Display) {
+        self.bar.suspend(|| super::say(message));
     }
 
     /// Takes the bar away: what is said next has the line to itself.

@@ -1,21 +1,29 @@
 //! `ondine render`: arguments to settings, the render, and what becomes of it.
 
-use super::args::{RenderArgs, SettingsArgs};
+use super::args::{PictureArgs, RenderArgs, SettingsArgs};
 use super::outputs::Outputs;
 use super::progress::Progress;
-use super::report::{Report, seconds};
+use super::report::{Report, Samples, counted, seconds};
+use super::target::target_features;
 use super::{Outcome, interrupt, memory};
 use crate::error::Result;
 use crate::film::tonemap::Tonemap;
-use crate::film::{MAX_SAMPLES, exr, png};
-use crate::render::{Control, Settings, render, workers};
-use crate::scene::builtin;
+use crate::film::{Film, MAX_SAMPLES, Metadata, exr, png};
+use crate::render::{Checkpoint, Continuation, Control, Rendered, Settings, render_on, workers};
+use crate::resume::{self, Before, Other};
 use crate::scene::description::Description;
-use std::time::Instant;
+use crate::stats::Stats;
+use crate::wavefront;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Time from one checkpoint to the next, unless asked otherwise.
+const CHECKPOINT: Duration = Duration::from_secs(60);
 
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     let begin = Instant::now();
-    let scene = builtin::open(&args.scene)?;
+    let scene = args.changes.open(&args.scene)?;
     let load = begin.elapsed();
     for warning in &scene.warnings {
         super::say(format_args!("warning: {warning}"));
@@ -25,29 +33,45 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     memory::check(
         &settings,
         1,
-        "choose a smaller --size, or render parts with --crop",
+        "choose a smaller --size, or render parts with --crop or --shard",
     )?;
-    let outputs = Outputs::new(args.output.as_deref(), !args.no_png, &scene)?;
-
-    let stop = interrupt::listen();
-    let paths = settings.region.pixels() as u64 * u64::from(settings.spp);
-    let progress = Progress::new(&scene.name, paths, settings.time, args.quiet);
-    let control = Control {
-        stop,
-        progress: &|paths| progress.add(paths),
+    let wanted = resume::wanted(&scene, &settings, &target_features());
+    // The picture of a shard shows little.
+    let png = !args.picture.no_png && settings.shard.is_none();
+    let outputs = Outputs::new(args.output.as_deref(), png, &scene, settings.shard)?;
+    let mut before = match args.resume {
+        true => resume::find(&outputs.exr, &wanted, Other::Refuse, &|error| {
+            let then = "its samples are rendered anew";
+            super::say(format_args!("warning: {error}; {then}"));
+        })?,
+        false => None,
     };
-    let rendered = render(&scene, &settings, &control);
-    progress.finish();
-    let rendered = rendered?;
+    let whole = |before: &mut Before| before.metadata.blocks.contains(&settings.coverage());
+    if let Some(before) = before.take_if(whole) {
+        return already(before, args, &settings, &outputs, load);
+    }
+    let earlier = before.as_ref().map(|before| before.metadata.clone());
+    let reached = |rendered: &Rendered| {
+        let mut metadata = resume::reached(&wanted.metadata, rendered, earlier.as_ref());
+        if !args.asks_spp() {
+            // Without an end of its own, a render's samples are as many as there was time for.
+            metadata.spp = metadata.samples().1.max(1);
+        }
+        metadata
+    };
+    let rendered = go_on(args, &scene, &settings, &outputs, before, &reached)?;
 
-    let mut report = Report::new(&scene, &settings, &rendered, load, args.asks_spp());
-    if report.paths > 0 {
-        write(&report, &rendered.film, &outputs, args)?;
+    let metadata = reached(&rendered);
+    let mut report = Report::new(&metadata, &settings, &rendered, load);
+    if !rendered.coverage.is_empty() {
+        write(&report, &rendered.film, &metadata, &outputs, args)?;
         report.wrote(&outputs);
+        // The image has all that the checkpoint had.
+        let _ = std::fs::remove_file(resume::checkpoint(&outputs.exr));
     }
     if rendered.interrupted {
         super::say(interruption(&report, args.asks_spp()));
-    } else if report.samples.min == 0 {
+    } else if report.samples.min == 0 && settings.shard.is_none() {
         super::say(
             "warning: time was up before every pixel had a sample; give more --time or a smaller --size",
         );
@@ -66,10 +90,88 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     })
 }
 
+/// Renders what is not there before, with checkpoints if they are asked for.
+fn go_on(
+    args: &RenderArgs,
+    scene: &Description,
+    settings: &Settings,
+    outputs: &Outputs,
+    before: Option<Before>,
+    reached: &(dyn Fn(&Rendered) -> Metadata + Sync),
+) -> Result<Rendered> {
+    let stop = interrupt::listen();
+    let all = settings.coverage();
+    let todo = match &before {
+        Some(before) => all.without(&before.metadata.blocks),
+        None => all,
+    };
+    let paths = todo.paths(settings.region.pixels() as u64, settings.spp);
+    if let Some(Before { path, metadata, .. }) = &before {
+        let (min, max) = metadata.samples();
+        super::say(format_args!(
+            "going on from {} with {} per pixel",
+            path.display(),
+            counted(Samples { min, max }, "sample")
+        ));
+    }
+    let progress = Progress::new(&scene.name, paths, settings.time, args.quiet);
+    let control = Control {
+        stop,
+        progress: &|paths| progress.add(paths),
+    };
+    let checkpoint = resume::checkpoint(&outputs.exr);
+    let keep = |so_far: &Rendered| {
+        if let Err(error) = exr::write(&checkpoint, &so_far.film, &reached(so_far)) {
+            progress.say(format_args!("warning: no checkpoint this time: {error}"));
+        }
+    };
+    let every = args.checkpoint.or(args.resume.then_some(CHECKPOINT));
+    let continuation = Continuation {
+        before: before.map(|before| (before.film, before.metadata.blocks)),
+        checkpoint: every.map(|every| Checkpoint { every, keep: &keep }),
+    };
+    let rendered = render_on(wavefront::trace, scene, settings, continuation, &control);
+    progress.finish();
+    rendered
+}
+
+/// There is nothing to render: the image is whole already.
+fn already(
+    before: Before,
+    args: &RenderArgs,
+    settings: &Settings,
+    outputs: &Outputs,
+    load: Duration,
+) -> Result<Outcome> {
+    let rendered = Rendered {
+        film: Arc::new(before.film),
+        coverage: before.metadata.blocks.clone(),
+        stats: Stats::default(),
+        interrupted: false,
+    };
+    let mut report = Report::new(&before.metadata, settings, &rendered, load);
+    if before.path != outputs.exr {
+        write(&report, &rendered.film, &before.metadata, outputs, args)?;
+    } else if let Some(png) = outputs.png.as_deref().filter(|png| !png.exists()) {
+        args.picture.write(png, &outputs.exr, &rendered.film)?;
+    }
+    let _ = std::fs::remove_file(resume::checkpoint(&outputs.exr));
+    report.wrote(outputs);
+    match args.json {
+        true => super::print_json(&report)?,
+        false => super::print(&format!(
+            "{} has all of it already\nImage hash {}\n",
+            outputs.exr.display(),
+            report.image_hash
+        ))?,
+    }
+    Ok(Outcome::Done)
+}
+
 impl RenderArgs {
     /// Whether the number of samples ends the render; time alone does otherwise.
     fn asks_spp(&self) -> bool {
-        self.spp.is_some() || self.time.is_none()
+        self.spp.is_some() || self.samples.is_some() || self.time.is_none()
     }
 }
 
@@ -101,8 +203,11 @@ fn settings(args: &RenderArgs, scene: &Description) -> Settings {
     if !args.asks_spp() {
         settings.spp = MAX_SAMPLES;
     }
+    let samples = args.samples.clone().unwrap_or(0..settings.spp);
     Settings {
-        spp: args.spp.unwrap_or(settings.spp),
+        spp: args.spp.unwrap_or(samples.end),
+        first_sample: samples.start,
+        shard: args.shard,
         aovs: args.aov.unwrap_or(settings.aovs),
         threads: args.threads.or(settings.threads),
         wave: args.wave,
@@ -115,26 +220,36 @@ fn settings(args: &RenderArgs, scene: &Description) -> Settings {
 /// Writes the files on as many threads as the render had: the image first, which holds everything.
 fn write(
     report: &Report,
-    film: &crate::film::Film,
+    film: &Film,
+    metadata: &Metadata,
     outputs: &Outputs,
     args: &RenderArgs,
 ) -> Result<()> {
-    let metadata = report.metadata();
     let workers = workers(report.threads)?;
-    workers.install(|| exr::write(&outputs.exr, film, &metadata))?;
-    if let Some(path) = &outputs.png {
+    workers.install(|| exr::write(&outputs.exr, film, metadata))?;
+    match &outputs.png {
+        Some(path) => args.picture.write(path, &outputs.exr, film),
+        None => Ok(()),
+    }
+}
+
+impl PictureArgs {
+    /// Writes the picture beside an image that is written.
+    ///
+    /// # Errors
+    /// [`Error::Write`](crate::error::Error::Write).
+    pub fn write(&self, path: &Path, image: &Path, film: &Film) -> Result<()> {
         let tonemap = Tonemap {
-            operator: args.tonemap,
-            exposure: args.exposure,
+            operator: self.tonemap,
+            exposure: self.exposure,
         };
         png::write(path, film, tonemap).inspect_err(|_| {
             super::say(format_args!(
                 "{} is written, and holds everything",
-                outputs.exr.display()
+                image.display()
             ));
-        })?;
+        })
     }
-    Ok(())
 }
 
 fn interruption(report: &Report, spp_asked: bool) -> String {
@@ -149,6 +264,6 @@ fn interruption(report: &Report, spp_asked: bool) -> String {
     format!(
         "interrupted after {after}; wrote {} with {}{of} samples per pixel",
         report.outputs.join(" and "),
-        report.samples_per_pixel()
+        report.samples
     )
 }

@@ -3,9 +3,8 @@
 use super::outputs::Outputs;
 use super::progress::metric;
 use super::target::target_features;
-use crate::film::Metadata;
+use crate::film::{Coverage, Metadata, Shard};
 use crate::render::{Rendered, Settings};
-use crate::scene::description::Description;
 use crate::stats::{StageReport, peak_rss_bytes};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -19,20 +18,12 @@ pub(super) struct Samples {
     pub max: u32,
 }
 
-impl Samples {
-    /// Waves are traced in their order, block after block of samples, and each one that begins ends: so the number of
-    /// paths tells how far every pixel got.
-    pub fn traced(settings: &Settings, paths: u64) -> Self {
-        let pixels = settings.region.pixels() as u64;
-        let spp = settings.spp;
-        if paths >= pixels * u64::from(spp) {
-            return Self { min: spp, max: spp };
-        }
-        let block = u64::from(crate::film::BLOCK);
-        let at_most = |samples: u64| u32::try_from(samples).map_or(spp, |samples| samples.min(spp));
-        Self {
-            min: at_most(paths / (pixels * block) * block),
-            max: at_most(paths.div_ceil(pixels * block) * block),
+impl Display for Samples {
+    /// `64`, or `16 to 32` where a pass over the image is not whole.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Samples { min, max } if min == max => max.fmt(f),
+            Samples { min, max } => write!(f, "{min} to {max}"),
         }
     }
 }
@@ -49,6 +40,9 @@ pub(super) struct Report {
     pub region: [u32; 4],
     pub spp: u32,
     pub samples: Samples,
+    pub shard: Option<Shard>,
+    /// The sample blocks that the image holds.
+    pub blocks: Coverage,
     pub path_length: u32,
     pub strategy: String,
     pub sampler: String,
@@ -78,27 +72,25 @@ pub(super) struct Report {
 impl Report {
     /// Of a finished render; [`outputs`](Self::outputs) is what has been written, so nothing yet.
     pub fn new(
-        scene: &Description,
+        metadata: &Metadata,
         settings: &Settings,
         rendered: &Rendered,
         load: Duration,
-        spp_asked: bool,
     ) -> Self {
         let (stats, film) = (&rendered.stats, &rendered.film);
-        let samples = Samples::traced(settings, stats.paths());
-        // Without an end of its own, a render's samples are as many as there was time for.
-        let asked = spp_asked && rendered.interrupted;
-        let first = || scene.cameras.first().map(|camera| camera.name.clone());
         let r = settings.region;
+        let (min, max) = metadata.samples();
         Self {
-            scene: scene.name.clone(),
-            scene_hash: scene.hash.clone(),
-            camera: settings.camera.clone().or_else(first).unwrap_or_default(),
+            scene: metadata.scene.clone(),
+            scene_hash: metadata.scene_hash.clone(),
+            camera: metadata.camera.clone(),
             width: settings.width,
             height: settings.height,
             region: [r.x0, r.y0, r.x1, r.y1],
-            spp: if asked { settings.spp } else { samples.max },
-            samples,
+            spp: metadata.spp,
+            samples: Samples { min, max },
+            shard: settings.shard,
+            blocks: metadata.blocks.clone(),
             path_length: settings.path_length,
             strategy: settings.strategy.to_string(),
             sampler: settings.sampler.to_string(),
@@ -126,27 +118,6 @@ impl Report {
         }
     }
 
-    /// What the image file says of it.
-    pub fn metadata(&self) -> Metadata {
-        Metadata {
-            scene: self.scene.clone(),
-            scene_hash: self.scene_hash.clone(),
-            camera: self.camera.clone(),
-            seed: self.seed,
-            spp: self.spp,
-            sample_ranges: std::iter::once(0..self.samples.min).collect(),
-            path_length: self.path_length,
-            strategy: self.strategy.clone(),
-            sampler: self.sampler.clone(),
-            roulette: self.roulette,
-            version: self.version.to_owned(),
-            target_features: self.target_features.clone(),
-            seconds: self.render_s,
-            rays: self.rays,
-            interrupted: self.interrupted,
-        }
-    }
-
     /// The files are there.
     pub fn wrote(&mut self, outputs: &Outputs) {
         self.outputs = outputs
@@ -156,21 +127,15 @@ impl Report {
         self.peak_rss_bytes = peak_rss_bytes();
     }
 
-    /// `64`, or `16 to 32` where the last pass over the image was not finished.
-    pub fn samples_per_pixel(&self) -> String {
-        match self.samples {
-            Samples { min, max } if min == max => max.to_string(),
-            Samples { min, max } => format!("{min} to {max}"),
-        }
-    }
-
     /// For people: what was written, how fast, what bits.
     pub fn summary(&self) -> String {
         let [x0, y0, x1, y1] = self.region;
-        let part = match (x0, y0, x1, y1) {
+        let crop = match (x0, y0, x1, y1) {
             (0, 0, x1, y1) if (x1, y1) == (self.width, self.height) => String::new(),
             _ => format!(" ({x0},{y0},{x1},{y1} of {}x{})", self.width, self.height),
         };
+        let shard = self.shard.map(|shard| format!(", shard {shard}"));
+        let part = crop + &shard.unwrap_or_default();
         format!(
             "Wrote {}: {}x{} pixels{part}, {} per pixel\n\
              Traced {}paths and {}rays in {}: {}paths/s and {}rays/s on {}\n\
@@ -178,7 +143,7 @@ impl Report {
             self.outputs.join(" and "),
             x1 - x0,
             y1 - y0,
-            counted(self.samples_per_pixel(), "sample"),
+            counted(self.samples, "sample"),
             count(self.paths as f64),
             count(self.rays as f64),
             seconds(self.render_s),

@@ -1,12 +1,14 @@
 //! What an image file says of the render that made it: header attributes whose names begin with `ondine.`.
 
+use super::{BLOCK, Coverage, Region, Shard};
 use exr::meta::attribute::{AttributeValue, Text};
 use std::collections::HashMap;
 use std::ops::Range;
+use std::str::FromStr;
 
-/// The settings and the course of a render. Size and region are the file's windows, AOVs its channels, and the film
-/// itself knows its rejected samples.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+/// The settings and the course of a render. The size and the pixels that are stored are the file's windows, AOVs its
+/// channels, and the film itself knows its rejected samples.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Metadata {
     /// Name of the scene as the user gave it.
     pub scene: String,
@@ -14,13 +16,17 @@ pub struct Metadata {
     pub scene_hash: String,
     /// Name of the camera.
     pub camera: String,
+    /// The pixels that were asked for; a shard may store fewer.
+    #[serde(rename = "asked")]
+    pub crop: Region,
     /// Seed.
     pub seed: u64,
     /// Samples per pixel of the whole image, of which this file may hold a part.
     pub spp: u32,
-    /// The sample indices that were traced for every pixel; more than one range after a merge of parts that are not
-    /// neighbours.
-    pub sample_ranges: Vec<Range<u32>>,
+    /// Which of several parts of the image it is, if it was rendered as one.
+    pub shard: Option<Shard>,
+    /// The sample blocks that it holds.
+    pub blocks: Coverage,
     /// Greatest number of edges of a path.
     pub path_length: u32,
     /// Estimator.
@@ -53,10 +59,65 @@ pub(super) struct FilmFacts {
 pub(super) type Attributes = HashMap<Text, AttributeValue>;
 
 impl Metadata {
+    /// Every sample block of the whole image.
+    pub fn all_blocks(&self) -> Coverage {
+        Coverage::of_samples(0..self.spp, self.crop.pixels() as u64)
+    }
+
+    /// The sample indices that were traced for every pixel; more than one range after a merge of parts that are not
+    /// neighbours.
+    pub fn sample_ranges(&self) -> Vec<Range<u32>> {
+        self.blocks
+            .sample_ranges(self.crop.pixels() as u64, self.spp)
+    }
+
+    /// The least and the greatest number of samples of any pixel that was asked for.
+    pub fn samples(&self) -> (u32, u32) {
+        self.blocks.samples(self.crop.pixels() as u64, self.spp)
+    }
+
+    /// The first thing, beside the number of samples, in which another image is not a part of this one: what it is, this
+    /// image's value and the other's. The file that a scene was read from may have any name.
+    pub fn difference(&self, other: &Self) -> Option<(&'static str, String, String)> {
+        let roulette = |metadata: &Self| match metadata.roulette {
+            Some(edge) => format!("from edge {edge}"),
+            None => "none".to_owned(),
+        };
+        let scene = |metadata: &Self| {
+            let hash: String = metadata.scene_hash.chars().take(12).collect();
+            format!("{} ({hash}...)", metadata.scene)
+        };
+        type Setting<'a> = (&'static str, &'a dyn Fn(&Metadata) -> String);
+        let settings: [Setting; 9] = [
+            ("camera", &|m| m.camera.clone()),
+            ("crop", &|m| m.crop.to_string()),
+            ("seed", &|m| m.seed.to_string()),
+            ("path length", &|m| m.path_length.to_string()),
+            ("strategy", &|m| m.strategy.clone()),
+            ("sampler", &|m| m.sampler.clone()),
+            ("roulette", &roulette),
+            ("program version", &|m| m.version.clone()),
+            ("target features", &|m| m.target_features.clone()),
+        ];
+        if self.scene_hash != other.scene_hash {
+            return Some(("scene", scene(self), scene(other)));
+        }
+        settings
+            .iter()
+            .map(|(name, of)| (*name, of(self), of(other)))
+            .find(|(_, mine, theirs)| mine != theirs)
+    }
+
+    /// Whether its samples are the first ones of an image of so many: a last block of fewer than 16 is not the beginning
+    /// of a whole one.
+    pub fn continues_to(&self, spp: u32) -> bool {
+        self.spp == spp || (self.spp < spp && self.spp.is_multiple_of(BLOCK))
+    }
+
     /// As attributes, with those of the film.
     pub(super) fn to_attributes(&self, facts: &FilmFacts) -> Attributes {
         let ranges: Vec<_> = self
-            .sample_ranges
+            .sample_ranges()
             .iter()
             .map(|r| format!("{}..{}", r.start, r.end))
             .collect();
@@ -64,9 +125,11 @@ impl Metadata {
             ("scene", text(&self.scene)),
             ("scene_hash", text(&self.scene_hash)),
             ("camera", text(&self.camera)),
+            ("crop", text(&self.crop.to_string())),
             ("seed", whole(self.seed)),
             ("spp", whole(self.spp.into())),
             ("sample_ranges", text(&ranges.join(","))),
+            ("blocks", text(&self.blocks.to_string())),
             ("path_length", whole(self.path_length.into())),
             ("strategy", text(&self.strategy)),
             ("sampler", text(&self.sampler)),
@@ -80,6 +143,7 @@ impl Metadata {
         ]
         .into_iter()
         .chain(self.roulette.map(|edge| ("roulette", whole(edge.into()))))
+        .chain(self.shard.map(|shard| ("shard", text(&shard.to_string()))))
         .map(|(key, value)| (name(key), value))
         .collect()
     }
@@ -91,9 +155,14 @@ impl Metadata {
             scene: read.text("scene")?,
             scene_hash: read.text("scene_hash")?,
             camera: read.text("camera")?,
+            crop: read.parsed("crop")?,
             seed: read.whole("seed")?,
             spp: read.whole("spp")?,
-            sample_ranges: read.ranges("sample_ranges")?,
+            shard: read
+                .has("shard")
+                .then(|| read.parsed("shard"))
+                .transpose()?,
+            blocks: read.parsed("blocks")?,
             path_length: read.whole("path_length")?,
             strategy: read.text("strategy")?,
             sampler: read.text("sampler")?,
@@ -107,6 +176,9 @@ impl Metadata {
             rays: read.whole("rays")?,
             interrupted: read.whole::<u8>("interrupted")? != 0,
         };
+        if !metadata.all_blocks().contains(&metadata.blocks) {
+            return Err("the attribute ondine.blocks names samples beyond its image".to_owned());
+        }
         let facts = FilmFacts {
             rejected: read.whole("rejected_samples")?,
             image_hash: read.text("image_hash")?,
@@ -175,16 +247,9 @@ impl Reader<'_> {
         })
     }
 
-    fn ranges(&self, key: &str) -> Result<Vec<Range<u32>>, String> {
-        let list = self.text(key)?;
-        list.split(',')
-            .filter(|part| !part.is_empty())
-            .map(|part| {
-                let (start, end) = part.split_once("..")?;
-                let range: Range<u32> = start.parse().ok()?..end.parse().ok()?;
-                (range.start <= range.end).then_some(range)
-            })
-            .collect::<Option<_>>()
-            .ok_or_else(|| format!("the attribute ondine.{key} is not what it should be"))
+    fn parsed<T: FromStr>(&self, key: &str) -> Result<T, String> {
+        let text = self.text(key)?;
+        text.parse()
+            .map_err(|_| format!("the attribute ondine.{key} is not what it should be"))
     }
 }

@@ -11,25 +11,30 @@ pub mod png;
 pub mod tonemap;
 
 mod aov;
+mod coverage;
 mod describe;
+mod hash;
+mod merge;
 mod metadata;
 mod planes;
 mod raster;
 mod region;
+mod shard;
 mod whole_file;
 
 pub use add::{BlockSum, Layers, block_sum};
 pub use aov::{AovSample, AovSet};
+pub use coverage::{Coverage, Passes};
 pub use describe::{Channel, ExrDescription, Part, describe};
 pub use exact::MAX_SAMPLES;
 pub use metadata::Metadata;
 pub use raster::Raster;
-pub use region::Region;
-pub use whole_file::write_whole;
+pub use region::{Region, parse_size};
+pub use shard::Shard;
+pub use whole_file::{is_leftover, remove_leftovers, write_whole};
 
 use crate::error::{Error, Result};
 use exact::{Square, Sum};
-use sha2::{Digest, Sha256};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -61,12 +66,22 @@ impl std::ops::AddAssign for PixelSums {
 impl PixelSums {
     /// Mean of `count` samples; 0 without samples.
     pub fn mean(&self, count: u32) -> [f32; 3] {
-        self.sum.map(|s| exact::mean(s, count) as f32)
+        std::array::from_fn(|c| self.mean_of(c, count))
     }
 
     /// Variance of the mean of `count` samples: the unbiased sample variance over their number. 0 with fewer than two.
     pub fn variance(&self, count: u32) -> [f32; 3] {
-        std::array::from_fn(|c| exact::variance_of_mean(self.sum[c], self.square[c], count) as f32)
+        std::array::from_fn(|c| self.variance_of(c, count))
+    }
+
+    /// [`mean`](Self::mean) of one channel.
+    fn mean_of(&self, channel: usize, count: u32) -> f32 {
+        exact::mean(self.sum[channel], count) as f32
+    }
+
+    /// [`variance`](Self::variance) of one channel.
+    fn variance_of(&self, channel: usize, count: u32) -> f32 {
+        exact::variance_of_mean(self.sum[channel], self.square[channel], count) as f32
     }
 }
 
@@ -114,12 +129,7 @@ impl Film {
             .map(|y| {
                 let rows = BAND_ROWS.min(region.y1 - y) as usize;
                 let pixels = rows * region.width() as usize;
-                Mutex::new(Band {
-                    counts: vec![0; pixels],
-                    sums: vec![PixelSums::default(); pixels],
-                    aovs: vec![Sum::default(); pixels * aovs.components()],
-                    lengths: vec![PixelSums::default(); pixels * aovs.lengths as usize],
-                })
+                Mutex::new(Band::new(pixels, aovs))
             })
             .collect();
         Ok(Self {
@@ -155,10 +165,6 @@ impl Film {
     /// Samples kept out because a channel was not finite, or 2³² and more.
     pub fn rejected(&self) -> u64 {
         self.rejected.load(Ordering::Relaxed)
-    }
-
-    fn set_rejected(&mut self, rejected: u64) {
-        *self.rejected.get_mut() = rejected;
     }
 
     /// The band of a row, and the index in it of the row's first pixel.
@@ -260,117 +266,6 @@ impl Film {
             .iter()
             .sum()
     }
-
-    /// Adds what another film of the same image holds. Exact: in whatever order films are merged, the bits are the same.
-    ///
-    /// Where the regions differ, this film grows to the smallest region that holds both; pixels that neither holds have
-    /// no samples. [`Error::Usage`], and nothing is added, where the images differ in size or AOVs, or a pixel would
-    /// hold more than [`MAX_SAMPLES`].
-    pub fn merge(&mut self, other: &Self) -> Result<()> {
-        if (self.width, self.height) != (other.width, other.height) {
-            return Err(Error::Usage(format!(
-                "cannot merge an image of {}x{} pixels into one of {}x{}",
-                other.width, other.height, self.width, self.height
-            )));
-        }
-        if self.aovs != other.aovs {
-            let [one, two] = [self.aovs, other.aovs].map(|aovs| match aovs.lengths {
-                0 => format!("\"{aovs}\""),
-                lengths => format!("\"{aovs}\" of {lengths} path lengths"),
-            });
-            return Err(Error::Usage(format!(
-                "cannot merge images with different AOVs: one has {one}, the other {two}"
-            )));
-        }
-        let shared = |x, y| self.region.has(x, y) && other.region.has(x, y);
-        if let Some((x, y)) = other
-            .region
-            .coordinates()
-            .find(|&(x, y)| shared(x, y) && self.count(x, y) + other.count(x, y) > MAX_SAMPLES)
-        {
-            return Err(Error::Usage(format!(
-                "cannot merge: pixel {x},{y} would hold more than {MAX_SAMPLES} samples"
-            )));
-        }
-        if !self.region.contains(other.region) {
-            let region = self.region.bounding(other.region);
-            let mut grown = Self::new(self.width, self.height, region, self.aovs)?;
-            grown.add_film(self);
-            *self = grown;
-        }
-        self.add_film(other);
-        Ok(())
-    }
-
-    /// `other` lies within, and all counts were checked.
-    fn add_film(&mut self, other: &Self) {
-        let width = other.region.width() as usize;
-        let stride = self.aovs.components();
-        let lengths = self.aovs.lengths as usize;
-        for y in other.region.y0..other.region.y1 {
-            let (from, i) = other.band(y);
-            let (mut to, first) = self.band(y);
-            let j = first + (other.region.x0 - self.region.x0) as usize;
-            to.counts[j..j + width]
-                .iter_mut()
-                .zip(&from.counts[i..])
-                .for_each(|(a, b)| *a += b);
-            to.sums[j..j + width]
-                .iter_mut()
-                .zip(&from.sums[i..])
-                .for_each(|(a, &b)| *a += b);
-            to.lengths[j * lengths..(j + width) * lengths]
-                .iter_mut()
-                .zip(&from.lengths[i * lengths..])
-                .for_each(|(a, &b)| *a += b);
-            to.aovs[j * stride..(j + width) * stride]
-                .iter_mut()
-                .zip(&from.aovs[i * stride..])
-                .for_each(|(a, &b)| *a += b);
-        }
-        let rejected = self.rejected().saturating_add(other.rejected());
-        self.set_rejected(rejected);
-    }
-
-    /// SHA-256, in hexadecimal, of the exact pixels: for each of the region, row after row, its coordinates in the full
-    /// image, its sample count (each `u32`), three sums and three sums of squares (each `i128`), all little-endian.
-    pub fn image_hash(&self) -> String {
-        self.hash(self.region)
-    }
-
-    /// The [`image_hash`](Self::image_hash) of a film that stores only `region` of this one.
-    /// [`Error::Usage`] where the film does not hold it.
-    pub fn image_hash_of(&self, region: Region) -> Result<String> {
-        if region.is_empty() || !self.region.contains(region) {
-            return Err(Error::Usage(format!(
-                "the region {region} is not within the image's {}",
-                self.region
-            )));
-        }
-        Ok(self.hash(region))
-    }
-
-    fn hash(&self, region: Region) -> String {
-        let mut hasher = Sha256::new();
-        let mut row = Vec::with_capacity(region.width() as usize * 108);
-        for y in region.y0..region.y1 {
-            row.clear();
-            let (band, first) = self.band(y);
-            for x in region.x0..region.x1 {
-                let i = first + (x - self.region.x0) as usize;
-                for word in [x, y, band.counts[i]] {
-                    row.extend_from_slice(&word.to_le_bytes());
-                }
-                let PixelSums { sum, square } = band.sums[i];
-                for word in sum.map(|s| s.0).into_iter().chain(square.map(|q| q.0)) {
-                    row.extend_from_slice(&word.to_le_bytes());
-                }
-            }
-            drop(band);
-            hasher.update(&row);
-        }
-        hexadecimal(&hasher.finalize())
-    }
 }
 
 /// The digits of a hash.
@@ -379,6 +274,16 @@ pub(crate) fn hexadecimal(hash: &[u8]) -> String {
 }
 
 impl Band {
+    /// Pixels without samples.
+    fn new(pixels: usize, aovs: AovSet) -> Self {
+        Self {
+            counts: vec![0; pixels],
+            sums: vec![PixelSums::default(); pixels],
+            aovs: vec![Sum::default(); pixels * aovs.components()],
+            lengths: vec![PixelSums::default(); pixels * aovs.lengths as usize],
+        }
+    }
+
     fn mean(&self, i: usize) -> [f32; 3] {
         self.sums[i].mean(self.counts[i])
     }

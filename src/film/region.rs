@@ -72,6 +72,16 @@ impl Region {
     }
 }
 
+/// Width and height in pixels, from a text such as `640x480`.
+///
+/// # Errors
+/// What to write instead. Whether an image may be that large is checked with the other settings.
+pub fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
+    text.split_once(['x', 'X', '×'])
+        .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)))
+        .ok_or_else(|| "write width and height in pixels, as in 640x480".to_owned())
+}
+
 impl std::fmt::Display for Region {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{},{},{},{}", self.x0, self.y0, self.x1, self.y1)

@@ -1,6 +1,8 @@
 //! Files that are whole or not there: written beside their place, then renamed into it.
 
+use super::hexadecimal;
 use crate::error::{Error, Result};
+use sha2::{Digest, Sha256};
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -38,7 +40,8 @@ fn write(
     }
     let folder = folder_of(&target)?;
     let mut temporary = tempfile::Builder::new();
-    temporary.prefix(".ondine-").suffix(".tmp");
+    let prefix = prefix(&target);
+    temporary.prefix(&prefix).suffix(SUFFIX);
     if let Some(permissions) = shared_permissions() {
         temporary.permissions(permissions);
     }
@@ -57,6 +60,40 @@ fn write(
     temporary.as_file().sync_all()?;
     temporary.persist(&target).map_err(|e| e.error)?;
     Ok(())
+}
+
+/// What the names of temporary files begin with.
+const PREFIX: &str = ".ondine-";
+/// What they end with.
+const SUFFIX: &str = ".tmp";
+
+/// What the names of a file's temporary ones begin with.
+fn prefix(target: &Path) -> String {
+    let name = target.file_name().unwrap_or_default();
+    let hash = hexadecimal(&Sha256::digest(name.as_encoded_bytes()));
+    format!("{PREFIX}{}-", &hash[..12])
+}
+
+/// Whether a file of this name is one that is being written, or that a killed program was writing.
+pub fn is_leftover(name: &str) -> bool {
+    name.starts_with(PREFIX) && name.ends_with(SUFFIX)
+}
+
+/// Removes what a killed program left of a file that it was writing; nobody else may be writing it.
+pub fn remove_leftovers(path: &Path) {
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let Ok(entries) = folder_of(&target).and_then(fs::read_dir) else {
+        return;
+    };
+    let prefix = prefix(&target);
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(&prefix) && name.ends_with(SUFFIX) {
+            // Left there, it does no harm.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// The folder of a file to write.

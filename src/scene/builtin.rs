@@ -1,10 +1,12 @@
 //! The built-in scenes: those of `scenes/`, embedded, so that a first render needs no file.
 
+use super::cache::Cache;
 use super::description::{Description, MOST_OBJECTS};
-use super::toml::{self, names};
+use super::toml::{self, Change, names};
 use super::{framing, gltf, obj, pbrt, ply};
 use crate::error::{Error, Result};
 use std::path::Path;
+use std::sync::Arc;
 
 /// A scene that is part of the program.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +54,12 @@ impl Builtin {
     /// # Errors
     /// None that a test of this crate would not have met.
     pub fn load(&self) -> Result<Description> {
-        let description = toml::parse(self.text, &format!("built-in scene {}", self.name), None)?;
+        self.load_changed(&[], &mut Cache::default())
+    }
+
+    fn load_changed(&self, changes: &[Arc<Change>], cache: &mut Cache) -> Result<Description> {
+        let name = format!("built-in scene {}", self.name);
+        let description = toml::parse_changed(self.text, &name, None, changes, cache)?;
         Ok(Description {
             name: self.name.to_owned(),
             ..description
@@ -71,7 +78,20 @@ pub fn find(name: &str) -> Option<&'static Builtin> {
 /// [`Error::Usage`] where there is no such scene, [`Error::Format`] for a kind of file that is not read, and those of the
 /// loaders.
 pub fn open(scene: &str) -> Result<Description> {
-    let description = read(scene)?;
+    open_changed(scene, &[], &mut Cache::default())
+}
+
+/// The same with some values of a .toml scene changed, and meshes and images from a cache; the scene's hash is that of the
+/// changed text.
+///
+/// # Errors
+/// As [`open`]; and [`Error::Usage`], with the change's origin, for what cannot be changed so.
+pub fn open_changed(
+    scene: &str,
+    changes: &[Arc<Change>],
+    cache: &mut Cache,
+) -> Result<Description> {
+    let description = read(scene, changes, cache)?;
     let lights = description.lights.len() + description.punctual.len();
     for (count, most, what) in [
         (
@@ -92,14 +112,27 @@ pub fn open(scene: &str) -> Result<Description> {
 /// The most lights: the alias table they are chosen by has 22 bits for a column, and the sky may be one.
 const MOST_LIGHTS: usize = (1 << 22) - 2;
 
-fn read(scene: &str) -> Result<Description> {
+fn read(scene: &str, changes: &[Arc<Change>], cache: &mut Cache) -> Result<Description> {
     let path = Path::new(scene);
     if path.exists() {
+        let kind = extension(path);
+        if let (Some(change), true) = (changes.first(), kind != "toml" && !kind.is_empty()) {
+            let naming_it = match kind.as_str() {
+                "ply" | "obj" | "gltf" | "glb" => {
+                    format!(" with [[objects]] and mesh = {{ file = {scene:?} }}")
+                }
+                _ => String::new(),
+            };
+            return Err(Error::Usage(format!(
+                "{}: {scene} is no .toml scene, and only such can be changed; write one{naming_it}",
+                change.origin
+            )));
+        }
         if let Some(mesh) = open_mesh(path) {
             return mesh.map(framing::complete);
         }
-        match extension(path).as_str() {
-            "toml" => return toml::load(path),
+        match kind.as_str() {
+            "toml" => return toml::load_changed(path, changes, cache),
             "pbrt" => return pbrt::load(path),
             // Packed; `pbrt::load` unpacks it.
             "gz" if scene.to_lowercase().ends_with(".pbrt.gz") => return pbrt::load(path),
@@ -107,7 +140,7 @@ fn read(scene: &str) -> Result<Description> {
         }
     }
     if let Some(builtin) = find(scene) {
-        return builtin.load();
+        return builtin.load_changed(changes, cache);
     }
     if path.exists() {
         return Err(Error::format(

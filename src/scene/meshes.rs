@@ -6,8 +6,9 @@
 
 use super::description::{Description, Maps, Shape};
 use super::mesh::Mesh;
+use super::trees::{Trees, box_corners};
 use super::{NONE, Primitive};
-use crate::bvh::{Bvh, HitX8, Instance, Quality, Triangles};
+use crate::bvh::{Bvh, HitX8, Quality};
 use crate::lanes::{Row, Table, WIDTH, f32x8, u32x8};
 use crate::material::Kind;
 use glam::{Affine3A, Vec3};
@@ -54,7 +55,7 @@ pub struct Meshes {
 #[derive(Clone, Debug, Default)]
 pub struct Layer {
     /// The tree.
-    pub tree: Bvh,
+    pub tree: Arc<Bvh>,
     /// Its instance 0 is of triangles in the world, be there any or none; the first of those, counted through both layers.
     first: u32,
     /// The part of its first other instance.
@@ -92,6 +93,7 @@ impl Meshes {
         sources: Vec<Arc<Mesh>>,
         placed: Vec<Placed>,
         quality: Quality,
+        trees: &mut Trees,
     ) -> (Option<Self>, Vec<u32>) {
         let mut light_ids = vec![NONE; description.lights.len()];
         let mut count: HashMap<usize, usize> = HashMap::new();
@@ -114,12 +116,14 @@ impl Meshes {
         }
 
         let [[a, b], [c, d]] = &groups;
-        let mut corners = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let mut first = 0;
         let mut first_part = (a.len() + c.len()) as u32;
         let mut layers = [(a, b), (c, d)].into_iter().map(|(world, placed)| {
+            let grown = trees.get(&sources, world, placed, quality);
+            bounds = (bounds.0.min(grown.bounds.0), bounds.1.max(grown.bounds.1));
             let layer = Layer {
-                tree: build(&sources, world, placed, quality, &mut corners),
+                tree: grown.tree,
                 first,
                 first_part,
             };
@@ -178,7 +182,7 @@ impl Meshes {
             }),
             emits: parts().any(|part| part.light.is_some()),
             maps: super::maps::MapTable::of(description),
-            corners: box_corners(corners),
+            corners: box_corners(bounds),
             opaque,
             masked,
             kinds,
@@ -228,79 +232,6 @@ impl Meshes {
 fn triangles(sources: &[Arc<Mesh>], parts: &[Placed]) -> u32 {
     let count = |part: &Placed| sources[part.mesh].triangles.len() as u32;
     parts.iter().map(count).sum()
-}
-
-/// The tree of meshes in the world and of instances; widens the box around all.
-fn build(
-    sources: &[Arc<Mesh>],
-    world: &[Placed],
-    placed: &[Placed],
-    quality: Quality,
-    bounds: &mut (Vec3, Vec3),
-) -> Bvh {
-    let mut widen = |p: Vec3| *bounds = (bounds.0.min(p), bounds.1.max(p));
-    let (mut positions, mut corners) = (Vec::new(), Vec::new());
-    let sum = |count: fn(&Mesh) -> usize| world.iter().map(|p| count(&sources[p.mesh])).sum();
-    positions.reserve_exact(sum(|mesh| mesh.positions.len()));
-    corners.reserve_exact(sum(|mesh| mesh.triangles.len()));
-    for part in world {
-        let mesh = &sources[part.mesh];
-        let first = positions.len() as u32;
-        let to_world = |&p: &Vec3| part.to_world.transform_point3(p);
-        positions.extend(mesh.positions.iter().map(to_world));
-        corners.extend(mesh.triangles.iter().map(|t| t.map(|c| first + c)));
-    }
-    positions.iter().for_each(|&p| widen(p));
-
-    // The world is instance 0 even where it is empty: a light's triangles are known by their numbers in it.
-    let mut meshes = vec![Triangles {
-        positions: &positions,
-        corners: &corners,
-    }];
-    let mut instances = vec![Instance {
-        mesh: 0,
-        to_world: Affine3A::IDENTITY,
-    }];
-    let mut known = HashMap::new();
-    for part in placed {
-        let &mut (mesh, bounds) = known.entry(part.mesh).or_insert_with(|| {
-            let mesh = &sources[part.mesh];
-            meshes.push(Triangles {
-                positions: &mesh.positions,
-                corners: &mesh.triangles,
-            });
-            let low = mesh
-                .positions
-                .iter()
-                .copied()
-                .fold(Vec3::INFINITY, Vec3::min);
-            let high = mesh
-                .positions
-                .iter()
-                .copied()
-                .fold(Vec3::NEG_INFINITY, Vec3::max);
-            (meshes.len() - 1, box_corners((low, high)))
-        });
-        bounds
-            .iter()
-            .for_each(|&p| widen(part.to_world.transform_point3(p)));
-        instances.push(Instance {
-            mesh,
-            to_world: part.to_world,
-        });
-    }
-    Bvh::build(&meshes, &instances, quality)
-}
-
-fn box_corners((low, high): (Vec3, Vec3)) -> [Vec3; 8] {
-    std::array::from_fn(|i| {
-        let pick = |bit: usize, low: f32, high: f32| if i >> bit & 1 == 0 { low } else { high };
-        Vec3::new(
-            pick(0, low.x, high.x),
-            pick(1, low.y, high.y),
-            pick(2, low.z, high.z),
-        )
-    })
 }
 
 /// The meshes of a description and where they are; with those quads that need texture coordinates, without what is nothing

@@ -3,6 +3,7 @@
 
 mod alias;
 pub mod builtin;
+pub mod cache;
 pub mod camera;
 mod cells;
 pub mod description;
@@ -29,6 +30,7 @@ mod punctual;
 pub mod sensor;
 pub mod surface;
 pub mod toml;
+pub mod trees;
 
 use crate::bvh::Quality;
 use crate::lanes::{Rgb, Table, Vec3x8, f32x8, u32x8};
@@ -40,6 +42,7 @@ use glam::Vec3;
 use hull::{add, bounding_radius, enclosing_room, is_hull, normal};
 use light::Lights;
 use meshes::Meshes;
+use trees::Trees;
 
 /// The id of no material and of no light.
 pub const NONE: u32 = u32::MAX;
@@ -94,8 +97,13 @@ impl Scene {
 
     /// The same with trees built by choice, on the threads of the current rayon pool.
     pub fn compile_with(description: &Description, quality: Quality) -> Self {
+        Self::compile_sharing(description, quality, &mut Trees::default())
+    }
+
+    /// The same, with trees of scenes before it that have the same meshes in the same places.
+    pub fn compile_sharing(description: &Description, quality: Quality, trees: &mut Trees) -> Self {
         let (sources, placed) = meshes::place(description);
-        let (meshes, mut light_ids) = Meshes::compile(description, sources, placed, quality);
+        let (meshes, mut light_ids) = Meshes::compile(description, sources, placed, quality, trees);
         let primitives: Vec<Primitive> = numbered_primitives(description).collect();
         let shapes: Vec<Shape> = primitives.iter().map(|primitive| primitive.0).collect();
 

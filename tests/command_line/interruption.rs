@@ -97,3 +97,57 @@ fn a_second_interrupt_ends_at_once() {
     assert_eq!((run.code, run.stdout.as_str()), (130, ""));
     assert!(names(folder.path()).is_empty());
 }
+
+#[test]
+fn an_interrupted_batch_keeps_what_is_done_and_goes_on() {
+    let folder = folder();
+    let seeds: Vec<String> = (0..100).map(|seed| seed.to_string()).collect();
+    let jobs = format!(
+        "version = 1\n[[jobs]]\nscene = \"cornell\"\nsize = \"48x48\"\nspp = 64\npng = false\nseed = [{}]\noutput = \"out/{{seed}}.exr\"\n",
+        seeds.join(", ")
+    );
+    std::fs::write(folder.path().join("jobs.toml"), jobs).unwrap();
+    let line = "batch jobs.toml --json --events events.ndjson";
+    let mut child = command(folder.path(), line)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let events = folder.path().join("events.ndjson");
+    let ended = || std::fs::read_to_string(&events).map_or(0, |text| text.lines().count());
+    while ended() < 3 {
+        assert!(child.try_wait().unwrap().is_none(), "it ends too early");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    signal(&child, "-INT");
+    let run = end(child);
+    assert_eq!(run.code, 130, "{}", run.stderr);
+    assert!(
+        run.stderr.starts_with("interrupted after "),
+        "{}",
+        run.stderr
+    );
+    let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let done = report["done"].as_u64().unwrap();
+    assert!(done >= 3, "{report}");
+    assert_eq!(done + report["remaining"].as_u64().unwrap(), 100);
+    let is_image = |name: &String| !name.contains("checkpoint");
+    let out = folder.path().join("out");
+    assert_eq!(
+        names(&out).iter().filter(|name| is_image(name)).count() as u64,
+        done
+    );
+
+    let again = ondine(&folder, line).json();
+    assert_eq!(again["skipped"], done);
+    assert_eq!(again["done"], 100 - done);
+    assert_eq!(names(&out).len(), 100, "no checkpoint is left");
+    let hash = |line: &str| ondine(&folder, line).json()["image_hash"].clone();
+    // The first that was under way, and one that was not begun.
+    for seed in [done, 99] {
+        let alone = hash(&format!(
+            "render cornell --size 48x48 --spp 64 --seed {seed} --json"
+        ));
+        assert_eq!(hash(&format!("info out/{seed}.exr --json")), alone);
+    }
+}

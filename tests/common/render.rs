@@ -6,6 +6,7 @@ use ondine::render::{Control, Rendered, Settings, render};
 use ondine::scene::description::{Description, SamplerKind, Strategy};
 use ondine::scene::{builtin, toml};
 use ondine::stats::Stats;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 pub const STRATEGIES: [Strategy; 4] = [
@@ -49,7 +50,7 @@ fn rendered(description: &Description, settings: &Settings) -> Rendered {
     rendered
 }
 
-pub fn film(description: &Description, settings: &Settings) -> Film {
+pub fn film(description: &Description, settings: &Settings) -> Arc<Film> {
     rendered(description, settings).film
 }
 

@@ -3,7 +3,9 @@
 use crate::{ALL, Random, assert_same, filled};
 use ondine::error::Error;
 use ondine::film::tonemap::{Operator, Tonemap};
-use ondine::film::{AovSet, Film, Layers, Metadata, Region, describe, exr, png, write_whole};
+use ondine::film::{
+    AovSet, Coverage, Film, Layers, Metadata, Region, describe, exr, png, write_whole,
+};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -14,7 +16,9 @@ fn metadata() -> Metadata {
         camera: String::new(),
         seed: u64::MAX,
         spp: 64,
-        sample_ranges: vec![0..16, 32..48],
+        crop: Region::full(50, 60),
+        shard: "3/16".parse().ok(),
+        blocks: Coverage::of([0..3000, 6000..7001]),
         path_length: u32::MAX,
         strategy: "mis".to_owned(),
         sampler: "sobol".to_owned(),
@@ -87,6 +91,93 @@ fn parts_merge_from_files_as_in_memory_with_their_aovs() {
 }
 
 #[test]
+fn parts_added_from_files_are_what_their_films_merge_to() {
+    let (_folder, path) = written();
+    let sum = Film::new(50, 60, Region::full(50, 60), ALL).unwrap();
+    std::thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(|| assert_eq!(exr::add_to(&path, &sum).unwrap(), metadata()));
+        }
+    });
+    let mut expected = Film::new(50, 60, Region::full(50, 60), ALL).unwrap();
+    for _ in 0..3 {
+        expected.merge(&sample_film()).unwrap();
+    }
+    assert_same(&sum, &expected);
+    assert_eq!(sum.rejected(), 3);
+}
+
+#[test]
+fn a_part_is_not_added_to_a_film_of_another_shape() {
+    let (_folder, path) = written();
+    let full = Region::full(50, 60);
+    let narrow = Region {
+        x1: CROP.x1 - 1,
+        ..CROP
+    };
+    let lengths = AovSet { lengths: 1, ..ALL };
+    for (width, region, aovs) in [
+        (50, narrow, ALL),
+        (51, full, ALL),
+        (50, full, AovSet::default()),
+        (50, full, lengths),
+    ] {
+        let film = Film::new(width, 60, region, aovs).unwrap();
+        let error = exr::add_to(&path, &film).unwrap_err();
+        assert!(matches!(error, Error::Format { .. }), "{error}");
+        assert_eq!(film.total_samples(), 0);
+    }
+}
+
+#[test]
+fn a_part_that_was_changed_is_not_added_unseen() {
+    let (_folder, path) = written();
+    let bytes = std::fs::read(&path).unwrap();
+    let mut random = Random(5);
+    let mut refused = 0;
+    for _ in 0..100 {
+        let mut mutant = bytes.clone();
+        // Behind the header and the table of offsets.
+        let at = 12_000 + random.below(bytes.len() - 12_000);
+        mutant[at] ^= 1 << random.below(8);
+        std::fs::write(&path, &mutant).unwrap();
+        let sum = Film::new(50, 60, CROP, ALL).unwrap();
+        match exr::add_to(&path, &sum) {
+            // What viewers see alone was changed.
+            Ok(_) => assert_same(&sum, &sample_film()),
+            Err(Error::Format { .. }) => refused += 1,
+            Err(error) => panic!("{error}"),
+        }
+    }
+    assert!(refused >= 50, "{refused}");
+}
+
+#[test]
+fn an_image_that_another_program_deflated_comes_back_bit_for_bit() {
+    use ::exr::compression::Compression;
+    use ::exr::image::{Blocks, Encoding};
+    use ::exr::meta::attribute::LineOrder;
+    use ::exr::prelude::{WritableImage, read_all_flat_layers_from_file};
+    let (_folder, path) = written();
+    let mut image = read_all_flat_layers_from_file(&path).unwrap();
+    for compression in [
+        Compression::ZIP16,
+        Compression::ZIP1,
+        Compression::Uncompressed,
+    ] {
+        image.layer_data[0].encoding = Encoding {
+            compression,
+            blocks: Blocks::ScanLines,
+            line_order: LineOrder::Increasing,
+        };
+        image.write().to_file(&path).unwrap();
+        let (film, read) = exr::read(&path).unwrap();
+        assert_eq!(read, metadata());
+        assert_same(&film, &sample_film());
+    }
+}
+
+#[test]
 fn an_exr_without_aovs_comes_back_too() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plain.exr");
@@ -97,9 +188,16 @@ fn an_exr_without_aovs_comes_back_too() {
         &[[-0.5, 2.0, 1e-6, 0.0]; 20],
         Layers::default(),
     );
-    exr::write(&path, &film, &Metadata::default()).unwrap();
-    let (read, metadata) = exr::read(&path).unwrap();
-    assert_eq!(metadata, Metadata::default());
+    let metadata = Metadata {
+        crop: Region::full(5, 4),
+        blocks: Coverage::of([3..80]),
+        shard: None,
+        roulette: None,
+        ..metadata()
+    };
+    exr::write(&path, &film, &metadata).unwrap();
+    let (read, told) = exr::read(&path).unwrap();
+    assert_eq!(told, metadata);
     assert_same(&read, &film);
 }
 
@@ -112,7 +210,7 @@ fn a_description_lists_what_the_file_holds() {
     };
     assert_eq!(part.data_window, [3, 5, 40, 52]);
     assert_eq!(part.display_window, [0, 0, 50, 60]);
-    assert_eq!((part.compression, part.storage), ("zip", "scanline"));
+    assert_eq!((part.compression, part.storage), ("rle", "scanline"));
     let kind = |name: &str| {
         part.channels
             .iter()
@@ -286,10 +384,10 @@ fn a_new_file_has_the_permissions_of_any_other_and_a_replaced_one_keeps_its_own(
     std::fs::set_permissions(&path, PermissionsExt::from_mode(0o600)).unwrap();
     let link = folder.path().join("link.exr");
     std::os::unix::fs::symlink(&path, &link).unwrap();
-    exr::write(&link, &sample_film(), &Metadata::default()).unwrap();
+    exr::write(&link, &sample_film(), &metadata()).unwrap();
     assert_eq!(mode(&path), 0o600);
     assert!(link.is_symlink());
-    assert_eq!(exr::read(&path).unwrap().1, Metadata::default());
+    assert_eq!(exr::read(&path).unwrap().1, metadata());
 }
 
 #[test]

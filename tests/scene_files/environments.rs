@@ -130,7 +130,7 @@ fn a_file_that_is_no_text_is_refused_where_it_stops_being_text() {
     std::fs::write(&path, b"version = 1\n# caf\xe9\n").unwrap();
     let message = toml::load(&path).unwrap_err().to_string();
     assert!(
-        message.ends_with("a.toml:2:6: this is not UTF-8 text; save the scene file as UTF-8"),
+        message.ends_with("a.toml:2:6: this is not UTF-8 text; save the file as UTF-8"),
         "{message}"
     );
     let message = toml::load(folder.path()).unwrap_err().to_string();

@@ -1,6 +1,7 @@
 //! What the scene format refuses, where it says so, and what it tells the author to do.
 
 mod builtins;
+mod changes;
 mod environments;
 mod lights;
 mod meshes;

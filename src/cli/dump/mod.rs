@@ -4,7 +4,7 @@ mod check;
 mod vectors;
 
 use super::Outcome;
-use super::args::{SettingsArgs, size};
+use super::args::{ChangeArgs, SettingsArgs, samples, size};
 use super::report::counted;
 use super::target::target_features;
 use crate::dump::manifest::Manifest;
@@ -14,19 +14,19 @@ use crate::dump::{self, folder};
 use crate::error::{Error, Result};
 use crate::film::{BLOCK, Region};
 use crate::render::Settings;
-use crate::scene::builtin;
 use clap::Args;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// What asks for a dump, and would be ignored by what is done instead of one.
-const OF_A_DUMP: [&str; 13] = [
+const OF_A_DUMP: [&str; 14] = [
     "scene",
     "tile",
     "tile_size",
     "samples",
     "pixel",
     "out",
+    "set",
     "size",
     "camera",
     "seed",
@@ -71,6 +71,8 @@ pub(in crate::cli) struct DumpArgs {
           value_parser = pixel, conflicts_with = "json")]
     pixel: Option<(u32, u32)>,
     #[command(flatten)]
+    changes: ChangeArgs,
+    #[command(flatten)]
     settings: SettingsArgs,
 
     /// The folder to write; a dump that is there is replaced
@@ -110,7 +112,7 @@ fn dump(args: &DumpArgs, scene: &str) -> Result<Outcome> {
     if let Some(out) = &args.out {
         folder::check(out)?;
     }
-    let description = builtin::open(scene)?;
+    let description = args.changes.open(scene)?;
     for warning in &description.warnings {
         super::say(format_args!("warning: {warning}"));
     }
@@ -193,11 +195,4 @@ fn pixel(text: &str) -> std::result::Result<(u32, u32), String> {
     text.split_once(',')
         .and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)))
         .ok_or_else(|| "write column and row, counted from 0, as in 120,96".to_owned())
-}
-
-fn samples(text: &str) -> std::result::Result<Range<u32>, String> {
-    text.split_once("..")
-        .and_then(|(from, to)| Some(from.trim().parse().ok()?..to.trim().parse().ok()?))
-        .filter(|samples: &Range<u32>| !samples.is_empty())
-        .ok_or_else(|| "write the first sample and the one past the last, as in 0..16".to_owned())
 }

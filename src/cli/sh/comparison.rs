@@ -41,7 +41,7 @@ pub(super) struct Subject {
 /// An image that rays found.
 pub(super) struct View {
     pub name: &'static str,
-    pub film: Film,
+    pub film: Arc<Film>,
     /// Root mean square of the object's pixels, and of their standard errors.
     pub rms: f64,
     pub noise: f64,
@@ -77,7 +77,7 @@ pub(super) struct Comparison {
     /// Pixels that the object covers wholly: those that count.
     pub covered: Vec<bool>,
     /// The double sum of all degrees.
-    pub sum: Film,
+    pub sum: Arc<Film>,
 }
 
 /// Where light is looked for, for a view.
@@ -253,7 +253,7 @@ impl Subject {
 }
 
 /// The film, unless the render was interrupted.
-fn whole(rendered: Rendered) -> Result<Option<Film>> {
+fn whole(rendered: Rendered) -> Result<Option<Arc<Film>>> {
     match rendered.film.rejected() {
         0 => Ok((!rendered.interrupted).then_some(rendered.film)),
         rejected => Err(Error::Usage(format!(

@@ -1,11 +1,11 @@
 //! The files that a scene names: meshes and images, each read once.
 
 use super::reader::Value;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::lanes::Rgb;
-use crate::scene::builtin;
+use crate::scene::cache::Cache;
 use crate::scene::description::{Description, Image, Punctual, Shape, Texture};
-use crate::scene::image::{self, ColorSpace};
+use crate::scene::image::ColorSpace;
 use glam::{Affine2, Affine3A, Vec2};
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
@@ -19,6 +19,7 @@ pub(super) struct Files<'a> {
     /// Of everything that was read so far.
     pub hasher: Sha256,
     pub scene: &'a mut Description,
+    cache: &'a mut Cache,
     meshes: HashMap<PathBuf, Rc<Model>>,
     images: HashMap<(PathBuf, ColorSpace), Arc<Image>>,
 }
@@ -46,11 +47,17 @@ pub(super) struct Emission {
 }
 
 impl<'a> Files<'a> {
-    pub fn new(base_dir: Option<&'a Path>, hasher: Sha256, scene: &'a mut Description) -> Self {
+    pub fn new(
+        base_dir: Option<&'a Path>,
+        hasher: Sha256,
+        scene: &'a mut Description,
+        cache: &'a mut Cache,
+    ) -> Self {
         Self {
             base_dir,
             hasher,
             scene,
+            cache,
             meshes: HashMap::new(),
             images: HashMap::new(),
         }
@@ -78,15 +85,11 @@ impl<'a> Files<'a> {
         if let Some(model) = self.meshes.get(&path) {
             return Ok(model.clone());
         }
-        let scene = builtin::open_mesh(&path)
-            .unwrap_or_else(|| {
-                Err(Error::format(
-                    &path,
-                    "is not a mesh that is read; name a .ply, .obj, .gltf or .glb file",
-                ))
-            })
+        let scene = self
+            .cache
+            .mesh(&path)
             .map_err(|error| value.error(error.to_string()))?;
-        let model = Rc::new(self.add(scene));
+        let model = Rc::new(self.add(Description::clone(&scene)));
         self.meshes.insert(path, model.clone());
         Ok(model)
     }
@@ -183,14 +186,11 @@ impl<'a> Files<'a> {
         if let Some(image) = self.images.get(&key) {
             return Ok(image.clone());
         }
-        let path = &key.0;
-        let image = image::bytes(path)
-            .and_then(|bytes| {
-                self.hasher.update(&bytes);
-                image::decode(&bytes, &path.display().to_string(), space)
-            })
+        let (image, bytes) = self
+            .cache
+            .image(&key.0, space)
             .map_err(|error| value.error(error.to_string()))?;
-        let image = Arc::new(image);
+        self.hasher.update(&bytes);
         self.images.insert(key, image.clone());
         Ok(image)
     }

@@ -2,28 +2,31 @@
 //!
 //! Every error names file, line and column, says what is wrong and what to do; unknown keys are errors.
 
+mod change;
 mod environment;
 mod files;
 mod lights;
 mod materials;
 pub(crate) mod names;
-mod reader;
+pub(crate) mod reader;
 mod transform;
 mod world;
 
+use super::cache::Cache;
 use super::description::{
     Camera, Description, FilmDescription, Filter, MAX_EDGES, MAX_SIDE, NamedCamera, RenderDefaults,
 };
 use super::{framing, hash};
 use crate::error::{Error, Result};
 use crate::film::MAX_SAMPLES;
+pub use change::Change;
 use files::Files;
 use glam::Vec3;
 use reader::{Source, Table, Value};
 use sha2::{Digest, Sha256};
 use std::io::Read;
 use std::path::Path;
-use toml::de::DeTable;
+use std::sync::Arc;
 pub use transform::rotation;
 
 /// The version of the format that this program reads.
@@ -38,6 +41,30 @@ const PARALLEL: f64 = 1e-4;
 /// # Errors
 /// [`Error::Read`] where the file cannot be read, and all of [`parse`].
 pub fn load(path: &Path) -> Result<Description> {
+    load_changed(path, &[], &mut Cache::default())
+}
+
+/// The same with some values changed; the scene's hash is that of the changed text.
+pub(super) fn load_changed(
+    path: &Path,
+    changes: &[Arc<Change>],
+    cache: &mut Cache,
+) -> Result<Description> {
+    let text = text(path)?;
+    parse_changed(
+        &text,
+        &path.display().to_string(),
+        path.parent(),
+        changes,
+        cache,
+    )
+}
+
+/// The text of a TOML file, which a user may have named by mistake.
+///
+/// # Errors
+/// [`Error::Read`] where it cannot be read, [`Error::Format`] where it is too large, [`Error::Scene`] where it is not UTF-8.
+pub(crate) fn text(path: &Path) -> Result<String> {
     let cannot_read = |source| Error::Read {
         path: path.to_owned(),
         source,
@@ -52,18 +79,18 @@ pub fn load(path: &Path) -> Result<Description> {
         return Err(Error::format(path, message));
     }
     let name = path.display().to_string();
-    let text = std::str::from_utf8(&bytes).map_err(|error| {
-        let valid = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        let valid = String::from_utf8_lossy(&error.as_bytes()[..valid]);
         let source = Source {
             file: &name,
             text: &valid,
         };
         source.error(
             valid.len(),
-            "this is not UTF-8 text; save the scene file as UTF-8",
+            "this is not UTF-8 text; save the file as UTF-8",
         )
-    })?;
-    parse(text, &name, path.parent())
+    })
 }
 
 /// Reads the text of a scene. `file_name` is what errors call it; files it names are relative to `base_dir`, and
@@ -72,17 +99,41 @@ pub fn load(path: &Path) -> Result<Description> {
 /// # Errors
 /// [`Error::Scene`], with line and column, at the first thing that cannot be rendered as written.
 pub fn parse(text: &str, file_name: &str, base_dir: Option<&Path>) -> Result<Description> {
+    read(text, file_name, base_dir, &mut Cache::default())
+}
+
+/// The same with some values changed, and files from a cache.
+pub(super) fn parse_changed(
+    text: &str,
+    file_name: &str,
+    base_dir: Option<&Path>,
+    changes: &[Arc<Change>],
+    cache: &mut Cache,
+) -> Result<Description> {
+    if changes.is_empty() {
+        return read(text, file_name, base_dir, cache);
+    }
+    let changed = change::apply(text, file_name, changes)?;
+    read(&changed, file_name, base_dir, cache).map_err(|error| {
+        // What is wrong without the changes too is not their fault.
+        match read(text, file_name, base_dir, cache) {
+            Ok(_) => change::blame(error, changes),
+            Err(original) => original,
+        }
+    })
+}
+
+fn read(
+    text: &str,
+    file_name: &str,
+    base_dir: Option<&Path>,
+    cache: &mut Cache,
+) -> Result<Description> {
     let source = Source {
         file: file_name,
         text,
     };
-    let document = DeTable::parse(text).map_err(|error| {
-        let offset = error.span().map_or(text.len(), |span| span.start);
-        source.error(
-            offset,
-            format!("this is not valid TOML: {}", error.message()),
-        )
-    })?;
+    let document = source.document()?;
     let root = Table::root(&source, &document);
     // First of all: a later version may have keys that this one does not know.
     version(&root)?;
@@ -110,7 +161,7 @@ pub fn parse(text: &str, file_name: &str, base_dir: Option<&Path>) -> Result<Des
     if let Some(value) = root.get("render") {
         scene.render = render(value)?;
     }
-    let mut files = Files::new(base_dir, Sha256::new_with_prefix(text), &mut scene);
+    let mut files = Files::new(base_dir, Sha256::new_with_prefix(text), &mut scene, cache);
     if let Some(value) = root.get("materials") {
         files.scene.materials = materials::materials(value, &mut files)?;
     }
@@ -149,8 +200,9 @@ pub fn parse(text: &str, file_name: &str, base_dir: Option<&Path>) -> Result<Des
     Ok(scene)
 }
 
-fn version(root: &Table) -> Result<()> {
-    let value = root.require("the scene", "version", "`version = 1` as its first line")?;
+/// Refuses another version than the one of these formats.
+pub(crate) fn version(root: &Table) -> Result<()> {
+    let value = root.require("the file", "version", "`version = 1` as its first line")?;
     match value.integer(0, u64::MAX)? {
         VERSION => Ok(()),
         other => Err(value.error(format!(

@@ -11,15 +11,24 @@ use toml::de::{DeTable, DeValue};
 /// Greatest coordinate of a point. Squared areas of quads this large still fit in 32-bit floats.
 const FARTHEST: f32 = 1e9;
 
-/// The text of a scene file, to turn offsets into places.
-pub(super) struct Source<'a> {
+/// The text of a scene file or any other of TOML, to turn offsets into places.
+pub(crate) struct Source<'a> {
     /// The file as the user named it.
     pub file: &'a str,
     /// Its whole text.
     pub text: &'a str,
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    /// What the text says.
+    pub fn document(&self) -> Result<Spanned<DeTable<'a>>> {
+        DeTable::parse(self.text).map_err(|error| {
+            let offset = error.span().map_or(self.text.len(), |span| span.start);
+            let message = format!("this is not valid TOML: {}", error.message());
+            self.error(offset, message)
+        })
+    }
+
     /// The line and column of a byte offset; one past the end is the end.
     pub fn place(&self, offset: usize) -> Place {
         Place::of(self.file, self.text, offset)
@@ -36,7 +45,7 @@ impl Source<'_> {
 
 /// A table of the file.
 #[derive(Clone, Copy)]
-pub(super) struct Table<'a> {
+pub(crate) struct Table<'a> {
     source: &'a Source<'a>,
     entries: &'a DeTable<'a>,
     /// Byte offset of its header or brace.
@@ -51,6 +60,11 @@ impl<'a> Table<'a> {
             entries: root.get_ref(),
             at: 0,
         }
+    }
+
+    /// Where the table is.
+    pub fn place(&self) -> Place {
+        self.source.place(self.at)
     }
 
     /// An error about the table as a whole.
@@ -113,6 +127,7 @@ impl<'a> Table<'a> {
             component: None,
             key_at: key.span().start,
             at: value.span().start,
+            end: value.span().end,
             node: value.get_ref(),
         }
     }
@@ -120,7 +135,7 @@ impl<'a> Table<'a> {
 
 /// A value of the file and the key it belongs to.
 #[derive(Clone, Copy)]
-pub(super) struct Value<'a> {
+pub(crate) struct Value<'a> {
     source: &'a Source<'a>,
     /// The key.
     pub key: &'a str,
@@ -128,8 +143,9 @@ pub(super) struct Value<'a> {
     component: Option<char>,
     /// Byte offset of the key.
     pub key_at: usize,
-    /// Byte offset of the value.
+    /// Byte offsets of the value and of what follows it.
     at: usize,
+    end: usize,
     node: &'a DeValue<'a>,
 }
 
@@ -278,15 +294,46 @@ impl<'a> Value<'a> {
         Err(self.error(format!("{kind} {} is not defined{remedy}", quoted(name))))
     }
 
+    /// An item of a list.
+    fn item(&self, item: &'a Spanned<DeValue<'a>>) -> Self {
+        Self {
+            at: item.span().start,
+            end: item.span().end,
+            node: item.get_ref(),
+            ..*self
+        }
+    }
+
+    /// The items of a list, at least one; the value itself where it is none.
+    pub fn one_or_more(&self) -> Result<Vec<Self>> {
+        match self.node {
+            DeValue::Array(array) if array.is_empty() => Err(self.error(format!(
+                "{} is an empty list; give it a value or remove it",
+                self.name()
+            ))),
+            DeValue::Array(array) => Ok(array.iter().map(|item| self.item(item)).collect()),
+            _ => Ok(vec![*self]),
+        }
+    }
+
+    /// Where the value is.
+    pub fn place(&self) -> Place {
+        self.source.place(self.at)
+    }
+
+    /// The value as it is written.
+    pub fn written(&self) -> &'a str {
+        let text: &'a str = self.source.text;
+        text.get(self.at..self.end).unwrap_or_default()
+    }
+
     fn components(&self, letters: [char; 3], example: &str) -> Result<[Value<'a>; 3]> {
         match self.node {
             DeValue::Array(array) => match &array[..] {
                 [a, b, c] => {
                     let component = |node: &'a Spanned<DeValue<'a>>, letter| Value {
                         component: Some(letter),
-                        at: node.span().start,
-                        node: node.get_ref(),
-                        ..*self
+                        ..self.item(node)
                     };
                     Ok([
                         component(a, letters[0]),
@@ -321,12 +368,8 @@ impl<'a> Value<'a> {
             )));
         };
         let number = |node: &'a Spanned<DeValue<'a>>| {
-            let value = Value {
-                at: node.span().start,
-                node: node.get_ref(),
-                ..*self
-            };
-            value.number_where("within ±1e9", |x| x.abs() <= FARTHEST)
+            self.item(node)
+                .number_where("within ±1e9", |x| x.abs() <= FARTHEST)
         };
         Ok(Vec2::new(number(x)?, number(y)?))
     }
@@ -395,14 +438,7 @@ impl<'a> Value<'a> {
         };
         array
             .iter()
-            .map(|item| {
-                Value {
-                    at: item.span().start,
-                    node: item.get_ref(),
-                    ..*self
-                }
-                .table(example)
-            })
+            .map(|item| self.item(item).table(example))
             .collect()
     }
 }

@@ -1,0 +1,86 @@
+//! Many images side by side: while some are traced, the next is read and the last is written, so that no core is idle.
+
+use super::crew::Crew;
+use super::{Control, Frame, Rendered, workers};
+use crate::error::Result;
+use crate::wavefront;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
+
+/// Images that are ready and of which no wave has begun: one is traced next while another is made.
+const READY: usize = 2;
+/// Threads that see to finished images. They wait for the disk more than they work.
+const WRITERS: usize = 4;
+
+/// The images that [`many`] renders, and what becomes of them.
+pub trait Jobs: Sync {
+    /// What tells one from another.
+    type Job: Send + Sync;
+
+    /// The next, made ready: asked for by one thread, ahead of its turn, while others are traced. None where there is no
+    /// more.
+    fn next(&self) -> Option<(Self::Job, Frame)>;
+
+    /// An image at a checkpoint; no wave of it is under way.
+    fn keep(&self, job: &Self::Job, so_far: Rendered);
+
+    /// An image that is finished or was stopped. Several are seen to at a time.
+    fn finish(&self, job: &Self::Job, rendered: Rendered);
+}
+
+/// Renders images on so many threads. Where one has no wave left to begin, its workers go on with the next.
+///
+/// [`Jobs::next`] and [`Jobs::finish`] run in a rayon pool beside the workers.
+///
+/// # Errors
+/// [`Error::Usage`](crate::error::Error::Usage) where threads cannot be started.
+pub fn many<J: Jobs>(jobs: &J, threads: usize, control: &Control) -> Result<()> {
+    // Writers wait for the disk, and must not keep trees from being built.
+    let (tracers, helpers) = (workers(threads)?, workers(threads + WRITERS)?);
+    let stopped = || control.stop.load(Ordering::Relaxed);
+    let crew = Crew::new(threads, &stopped);
+    // A finished image waits here for a writer; a bound, so that memory has one.
+    let (finished, to_write) = mpsc::sync_channel::<(Arc<J::Job>, Rendered)>(WRITERS);
+    let to_write = Mutex::new(to_write);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let _closes = Closes(&crew);
+            while crew.has_room(READY) {
+                let Some((job, frame)) = helpers.install(|| jobs.next()) else {
+                    break;
+                };
+                crew.open(frame, job);
+            }
+        });
+        for _ in 0..WRITERS {
+            scope.spawn(|| {
+                let next = || {
+                    to_write
+                        .lock()
+                        .unwrap_or_else(PoisonError::into_inner)
+                        .recv()
+                };
+                while let Ok((job, rendered)) = next() {
+                    helpers.install(|| jobs.finish(&job, rendered));
+                }
+            });
+        }
+        let keep = |job: &J::Job, so_far| jobs.keep(job, so_far);
+        let end = |job, rendered| {
+            // Writers end when the last sender does.
+            let _ = finished.send((job, rendered));
+        };
+        tracers.broadcast(|_| crew.work(&wavefront::trace, &keep, &end, control.progress));
+        drop(finished);
+    });
+    Ok(())
+}
+
+/// Lets the workers go when no more images come, for whatever reason.
+struct Closes<'a, 'b, T>(&'a Crew<'b, T>);
+
+impl<T> Drop for Closes<'_, '_, T> {
+    fn drop(&mut self) {
+        self.0.close();
+    }
+}

@@ -1,0 +1,49 @@
+//! Meshes and images that several scenes read: each file is read once, as long as somebody keeps the cache.
+
+use super::description::{Description, Image};
+use super::image::{self, ColorSpace};
+use crate::error::{Error, Result};
+use crate::scene::builtin;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// An image, and its file as it is.
+type ImageAndBytes = (Arc<Image>, Arc<[u8]>);
+
+/// What was read of files, by path. A file that changes on the disk is not read again.
+#[derive(Debug, Default)]
+pub struct Cache {
+    meshes: HashMap<PathBuf, Arc<Description>>,
+    images: HashMap<(PathBuf, ColorSpace), ImageAndBytes>,
+}
+
+impl Cache {
+    /// A file of meshes, as the scene it is.
+    pub(super) fn mesh(&mut self, path: &Path) -> Result<Arc<Description>> {
+        if let Some(scene) = self.meshes.get(path) {
+            return Ok(scene.clone());
+        }
+        let scene = builtin::open_mesh(path).unwrap_or_else(|| {
+            Err(Error::format(
+                path,
+                "is not a mesh that is read; name a .ply, .obj, .gltf or .glb file",
+            ))
+        })?;
+        let scene = Arc::new(scene);
+        self.meshes.insert(path.to_owned(), scene.clone());
+        Ok(scene)
+    }
+
+    /// An image, and the bytes of its file, which enter a scene's hash.
+    pub(super) fn image(&mut self, path: &Path, space: ColorSpace) -> Result<ImageAndBytes> {
+        let key = (path.to_owned(), space);
+        if let Some(found) = self.images.get(&key) {
+            return Ok(found.clone());
+        }
+        let bytes: Arc<[u8]> = image::bytes(path)?.into();
+        let image = Arc::new(image::decode(&bytes, &path.display().to_string(), space)?);
+        self.images.insert(key, (image.clone(), bytes.clone()));
+        Ok((image, bytes))
+    }
+}
