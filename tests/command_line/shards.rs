@@ -208,7 +208,7 @@ fn parts_of_another_image_and_samples_that_are_there_twice_are_refused() {
             "its strategy is light, and there it is mis",
         ),
         ("--sampler pcg", "its sampler is pcg, and there it is sobol"),
-        ("--path-length 3", "its path length is 3, and there it is 5"),
+        ("--path-length 3", "its path length is 3, and there it is 9"),
         (
             "--roulette 4",
             "its roulette is from edge 4, and there it is none",
