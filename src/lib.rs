@@ -102,6 +102,21 @@
 //!
 //! [`film::Film::image_hash`] names the bits of an image. A change of them is always in `CHANGELOG.md`.
 //!
+//! # Parts, checkpoints, many images
+//!
+//! What an image has is a set of [sample blocks](film::Coverage): a shard is some of them, a checkpoint the first so many, a
+//! merge adds them up and refuses any that is there twice. Waves are handed out in their order and each that is begun ends, so
+//! what is done is always the first so many, and no note has to be kept of which.
+//!
+//! Workers form a crew: each takes a wave of the oldest image that has one. For a
+//! checkpoint an image is held back until its waves under way have ended, and the worker that ended the last writes it, while
+//! the others go on with other images. A [batch](render::many()) reads and compiles the next scene while these are traced, and
+//! writes finished images meanwhile: so cores are busy to the end, however small the images are. Jobs of one scene share it;
+//! scenes that differ in materials alone share [trees](scene::trees).
+//!
+//! For more than one machine a batch becomes a [folder of command lines](batch::cluster). Each may be run again at any time;
+//! who runs them is a scheduler's business.
+//!
 //! # What makes it quick
 //!
 //! - Six quads that close a box around the rest become a [`shape::Room`]: three slabs, three quotients, no edges to test.

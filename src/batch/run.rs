@@ -26,6 +26,8 @@ pub struct Control<'a> {
     pub progress: &'a (dyn Fn(u64) + Sync),
     /// Workers; as many as the machine has cores without it.
     pub threads: Option<usize>,
+    /// While films under way take so many bytes, no further image is begun.
+    pub memory: u64,
     /// Time from one checkpoint of an image to the next; none without it.
     pub checkpoint: Option<Duration>,
     /// The instruction sets that the program was compiled for, which images name.
@@ -109,7 +111,7 @@ pub fn run(jobs: &[&Job], scenes: &mut Scenes, control: Control) -> Result<()> {
         stop: control.stop,
         progress: control.progress,
     };
-    many(&queue, threads, &watch)
+    many(&queue, threads, control.memory, &watch)
 }
 
 /// The jobs that wait, and who is told of those that end.

@@ -98,6 +98,11 @@ fn gibibytes(bytes: u64) -> String {
     format!("{:.1} GiB", bytes as f64 / (1u64 << 30) as f64)
 }
 
+/// What the films of images side by side may take: with one more, and what writing them takes, about half of what there is.
+pub(super) fn for_films() -> u64 {
+    available().map_or(u64::MAX, |available| available / 4)
+}
+
 /// Bytes that a program can have without swapping; none where the system does not tell.
 fn available() -> Option<u64> {
     let info = std::fs::read_to_string("/proc/meminfo").ok()?;

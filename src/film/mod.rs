@@ -162,6 +162,15 @@ impl Film {
         self.aovs
     }
 
+    /// Memory that the sums take.
+    pub fn bytes(&self) -> u64 {
+        let sums = |number: usize| number * size_of::<Sum>();
+        let pixel = size_of::<u32>()
+            + size_of::<PixelSums>() * (1 + self.aovs.lengths as usize)
+            + sums(self.aovs.components());
+        self.region.pixels() as u64 * pixel as u64
+    }
+
     /// Samples kept out because a channel was not finite, or 2³² and more.
     pub fn rejected(&self) -> u64 {
         self.rejected.load(Ordering::Relaxed)

@@ -125,7 +125,7 @@ impl Settings {
         }
     }
 
-    /// What [`render`] asks of its settings before it begins.
+    /// What [`render`](super::render()) asks of its settings before it begins.
     ///
     /// # Errors
     /// [`Error::Usage`] naming the first setting out of its range.

@@ -50,8 +50,8 @@ fn rendered(description: &Description, settings: &Settings) -> Rendered {
     rendered
 }
 
-pub fn film(description: &Description, settings: &Settings) -> Arc<Film> {
-    rendered(description, settings).film
+pub fn film(description: &Description, settings: &Settings) -> Film {
+    Arc::into_inner(rendered(description, settings).film).expect("nobody else holds it")
 }
 
 pub fn stats(description: &Description, settings: &Settings) -> Stats {

@@ -190,7 +190,7 @@ fn an_exr_without_aovs_comes_back_too() {
     );
     let metadata = Metadata {
         crop: Region::full(5, 4),
-        blocks: Coverage::of([3..80]),
+        blocks: Coverage::of(std::iter::once(3..80)),
         shard: None,
         roulette: None,
         ..metadata()

@@ -53,7 +53,7 @@ fn film(
         None => sum.render(description, settings, &control),
         Some(estimator) => sum.difference(estimator, description, settings, &control),
     };
-    rendered.unwrap().film
+    std::sync::Arc::into_inner(rendered.unwrap().film).expect("nobody else holds it")
 }
 
 /// Mean difference over its error in each of 36 regions and 3 channels.

@@ -87,6 +87,7 @@ pub(super) fn run(
         progress: &|paths| progress.add(paths),
         threads: args.threads,
         checkpoint: Some(args.checkpoint.unwrap_or(resume::INTERVAL)),
+        memory: memory::for_films(),
         target_features: &target_features(),
         fits: &|settings| memory::check(settings, 1, "choose a smaller size, or parts with crop"),
         warn: &|message| progress.say(format_args!("warning: {message}")),

@@ -98,7 +98,7 @@ impl ImageHeader {
     }
 }
 
-/// Reads the header of an image that [`write()`] wrote, and makes sure that the file is not cut short.
+/// Reads the header of an image that [`write()`](super::write()) wrote, and makes sure that the file is not cut short.
 ///
 /// # Errors
 /// As [`read`].
