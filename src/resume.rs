@@ -93,48 +93,55 @@ pub fn find(
     other: Other,
     damaged: &dyn Fn(&Error),
 ) -> Result<Option<Before>> {
-    let checkpoint = checkpoint(exr);
-    let mut best: Option<(&Path, ImageHeader)> = None;
-    for path in [exr, &checkpoint] {
-        remove_leftovers(path);
+    let mut found: Vec<(PathBuf, ImageHeader)> = Vec::new();
+    for path in [exr.to_owned(), checkpoint(exr)] {
+        remove_leftovers(&path);
         if !path.exists() {
             continue;
         }
-        let header = match exr::read_header(path) {
+        let header = match exr::read_header(&path) {
             Err(error @ Error::Format { .. }) => {
                 damaged(&error);
                 continue;
             }
-            found => found?,
+            header => header?,
         };
-        if let Err(error) = belongs(path, &header, wanted) {
-            match other {
-                Other::Refuse => return Err(error),
-                Other::Replace => continue,
-            }
-        }
-        let blocks = |header: &ImageHeader| header.metadata.blocks.len();
-        if best
-            .as_ref()
-            .is_none_or(|(_, best)| blocks(&header) > blocks(best))
-        {
-            best = Some((path, header));
+        match (belongs(&path, &header, wanted), other) {
+            (Ok(()), _) => found.push((path, header)),
+            (Err(error), Other::Refuse) => return Err(error),
+            (Err(_), Other::Replace) => {}
         }
     }
-    let Some((path, _)) = best else {
-        return Ok(None);
-    };
-    match exr::read(path) {
-        Ok((film, metadata)) => Ok(Some(Before {
-            path: path.to_owned(),
-            film,
-            metadata,
-        })),
-        Err(error @ Error::Format { .. }) => {
-            damaged(&error);
-            Ok(None)
+    found.sort_by_key(|(_, header)| std::cmp::Reverse(header.metadata.blocks.len()));
+    for (path, _) in found {
+        match exr::read(&path) {
+            Err(error @ Error::Format { .. }) => damaged(&error),
+            read => {
+                let (film, metadata) = read?;
+                return Ok(Some(Before {
+                    path,
+                    film,
+                    metadata,
+                }));
+            }
         }
-        Err(error) => Err(error),
+    }
+    Ok(None)
+}
+
+/// Removes the checkpoint of an image that is written, where the image has all that it had; and one that is damaged.
+pub fn discard_checkpoint(exr: &Path, written: &Metadata) {
+    let path = checkpoint(exr);
+    let spent = match exr::read_header(&path) {
+        Ok(header) => {
+            let old = header.metadata;
+            old.difference(written).is_none() && written.blocks.contains(&old.blocks)
+        }
+        Err(error) => matches!(error, Error::Format { .. }),
+    };
+    if spent {
+        // Left there, it does no harm.
+        let _ = std::fs::remove_file(path);
     }
 }
 
@@ -150,12 +157,6 @@ fn belongs(path: &Path, found: &ImageHeader, wanted: &ImageHeader) -> Result<()>
     if let Some((what, theirs, mine)) = found.difference(wanted) {
         return refuse(format!("its {what} is {theirs}, and {mine} is asked for"));
     }
-    let (has, asked) = (found.metadata.spp, wanted.metadata.spp);
-    if !found.metadata.continues_to(asked) {
-        return refuse(format!(
-            "it has {has} samples per pixel, and {asked} are asked for (16, 32, 48... can be continued)"
-        ));
-    }
     if found.metadata.shard != wanted.metadata.shard {
         let name = |header: &ImageHeader| match header.metadata.shard {
             Some(shard) => format!("shard {shard}"),
@@ -165,6 +166,17 @@ fn belongs(path: &Path, found: &ImageHeader, wanted: &ImageHeader) -> Result<()>
             "it is of {}, and {} is asked for",
             name(found),
             name(wanted)
+        ));
+    }
+    let (has, asked) = (found.metadata.spp, wanted.metadata.spp);
+    if wanted.metadata.shard.is_some() && has != asked {
+        return refuse(format!(
+            "it is a shard of {has} samples per pixel, and one of {asked} has other pixels (merge the shards, then go on from that)"
+        ));
+    }
+    if !found.metadata.continues_to(asked) {
+        return refuse(format!(
+            "it has {has} samples per pixel, and {asked} are asked for (16, 32, 48... can be continued)"
         ));
     }
     Ok(())

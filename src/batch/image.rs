@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// Keeps what there is of an image.
 pub(super) fn keep(ready: &Ready, film: &Film, metadata: &Metadata) -> Result<()> {
-    exr::write(&resume::checkpoint(&ready.exr), film, metadata)
+    exr::write(&resume::checkpoint(&ready.exr), film, metadata).map(drop)
 }
 
 /// Writes the files of an image that is whole; keeps what there is of one that was stopped.
@@ -31,10 +31,9 @@ pub(super) fn finish(ready: &Ready, rendered: &Rendered, metadata: &Metadata) ->
     }
     // The image last: where it is, the job is done.
     write_png(ready, film)?;
-    exr::write(&ready.exr, film, metadata)?;
+    ended.image_hash = Some(exr::write(&ready.exr, film, metadata)?);
     // The image has all that the checkpoint had.
     let _ = std::fs::remove_file(resume::checkpoint(&ready.exr));
-    ended.image_hash = Some(film.image_hash());
     ended.outcome = Outcome::Done;
     Ok(ended)
 }

@@ -1,12 +1,12 @@
 //! `ondine render`: arguments to settings, the render, and what becomes of it.
 
 use super::args::{PictureArgs, RenderArgs, SettingsArgs};
-use super::outputs::Outputs;
+use super::outputs::{Outputs, spare_inputs};
 use super::progress::Progress;
 use super::report::{Report, Samples, counted, seconds};
 use super::target::target_features;
 use super::{Outcome, interrupt, memory};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::tonemap::Tonemap;
 use crate::film::{Film, MAX_SAMPLES, Metadata, exr, png};
 use crate::render::{Checkpoint, Continuation, Control, Rendered, Settings, render_on, workers};
@@ -27,6 +27,11 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     }
     let settings = settings(args, &scene);
     settings.check()?;
+    if settings.shard.is_some() && !args.asks_spp() {
+        return Err(Error::Usage(
+            "--shard is a part of a number of samples, and --time sets none; add --spp".to_owned(),
+        ));
+    }
     memory::check(
         &settings,
         1,
@@ -36,6 +41,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     // The picture of a shard shows little.
     let png = !args.picture.no_png && settings.shard.is_none();
     let outputs = Outputs::new(args.output.as_deref(), png, &scene, settings.shard)?;
+    check_checkpoint(args, &outputs, &scene)?;
     let mut before = match args.resume {
         true => resume::find(&outputs.exr, &wanted, Other::Refuse, &|error| {
             let then = "its samples are rendered anew";
@@ -63,8 +69,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     if !rendered.coverage.is_empty() {
         write(&report, &rendered.film, &metadata, &outputs, args)?;
         report.wrote(&outputs);
-        // The image has all that the checkpoint had.
-        let _ = std::fs::remove_file(resume::checkpoint(&outputs.exr));
+        if args.keeps_checkpoints() {
+            resume::discard_checkpoint(&outputs.exr, &metadata);
+        }
     }
     if rendered.interrupted {
         super::say(interruption(&report, args.asks_spp()));
@@ -85,6 +92,28 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
         true => Outcome::Interrupted,
         false => Outcome::Done,
     })
+}
+
+/// Makes sure that no checkpoint of an earlier render, and no file of the scene, is lost to this one's.
+fn check_checkpoint(args: &RenderArgs, outputs: &Outputs, scene: &Description) -> Result<()> {
+    let path = resume::checkpoint(&outputs.exr);
+    if args.keeps_checkpoints() {
+        spare_inputs(&path, scene)?;
+    }
+    match (path.exists() && !args.resume, args.checkpoint) {
+        (true, Some(_)) => Err(Error::format(
+            &path,
+            "an earlier render left this checkpoint; add --resume to go on from it, or delete it to begin anew",
+        )),
+        (true, None) => {
+            let path = path.display();
+            super::say(format_args!(
+                "note: {path} is the checkpoint of an earlier render, and stays; --resume would go on from it"
+            ));
+            Ok(())
+        }
+        (false, _) => Ok(()),
+    }
 }
 
 /// Renders what is not there before, with checkpoints if they are asked for.
@@ -152,7 +181,7 @@ fn already(
     } else if let Some(png) = outputs.png.as_deref().filter(|png| !png.exists()) {
         args.picture.write(png, &outputs.exr, &rendered.film)?;
     }
-    let _ = std::fs::remove_file(resume::checkpoint(&outputs.exr));
+    resume::discard_checkpoint(&outputs.exr, &before.metadata);
     report.wrote(outputs);
     match args.json {
         true => super::print_json(&report)?,
@@ -166,6 +195,11 @@ fn already(
 }
 
 impl RenderArgs {
+    /// Whether there are checkpoints.
+    fn keeps_checkpoints(&self) -> bool {
+        self.resume || self.checkpoint.is_some()
+    }
+
     /// Whether the number of samples ends the render; time alone does otherwise.
     fn asks_spp(&self) -> bool {
         self.spp.is_some() || self.samples.is_some() || self.time.is_none()

@@ -10,7 +10,7 @@ mod rle;
 
 pub use read::{ImageHeader, add_to, read, read_header};
 
-use super::metadata::{FilmFacts, Metadata};
+use super::metadata::{Attributes, FilmFacts, Metadata};
 use super::planes::{self, Content, Plane};
 use super::{Film, write_whole};
 use crate::error::{Error, Result};
@@ -31,16 +31,19 @@ use std::path::Path;
 /// Rows that are compressed at once.
 const BATCH: usize = 64;
 
-/// Writes `film` and what is known of its render to `path`: whole, or [`Error::Write`] and nothing.
-pub fn write(path: &Path, film: &Film, metadata: &Metadata) -> Result<()> {
+/// Writes `film` and what is known of its render to `path`: whole, or [`Error::Write`] and nothing. Gives the film's
+/// [`image_hash`](Film::image_hash), which takes a while to compute.
+pub fn write(path: &Path, film: &Film, metadata: &Metadata) -> Result<String> {
+    let image_hash = film.image_hash();
     write_whole(path, |file| {
-        let checksum = encode(file, film, metadata).map_err(|error| match error {
+        let checksum = encode(file, film, metadata, &image_hash).map_err(|error| match error {
             ExrError::Io(source) => source,
             other => io::Error::other(other.to_string()),
         })?;
         file.flush()?;
         put_checksum(file.get_mut(), &checksum)
-    })
+    })?;
+    Ok(image_hash)
 }
 
 /// Writes all but the checksum, which it gives back.
@@ -48,9 +51,15 @@ fn encode(
     file: &mut BufWriter<&mut File>,
     film: &Film,
     metadata: &Metadata,
+    image_hash: &str,
 ) -> ::exr::error::Result<String> {
     let planes = planes::planes(film.aovs());
-    let header = header(film, metadata, &planes);
+    let facts = FilmFacts {
+        rejected: film.rejected(),
+        image_hash: image_hash.to_owned(),
+        checksum: NO_CHECKSUM.to_owned(),
+    };
+    let header = header(film, metadata.to_attributes(&facts), &planes);
     let mut checksum = Checksum::default();
     let headers = [header].into_iter().collect();
     ::exr::block::write(file, headers, true, |meta, writer| {
@@ -120,7 +129,7 @@ impl Checksum {
     }
 }
 
-fn header(film: &Film, metadata: &Metadata, planes: &[Plane]) -> Header {
+fn header(film: &Film, own: Attributes, planes: &[Plane]) -> Header {
     let region = film.region();
     let channels = planes
         .iter()
@@ -134,14 +143,9 @@ fn header(film: &Film, metadata: &Metadata, planes: &[Plane]) -> Header {
             sampling: Vec2(1, 1),
         })
         .collect();
-    let facts = FilmFacts {
-        rejected: film.rejected(),
-        image_hash: film.image_hash(),
-        checksum: NO_CHECKSUM.to_owned(),
-    };
     let mut attributes = LayerAttributes {
         software_name: Some(Text::from_slice_unchecked(b"Ondine")),
-        other: metadata.to_attributes(&facts),
+        other: own,
         ..LayerAttributes::default()
     };
     // A region lies within 2^30 pixels a side.

@@ -151,6 +151,11 @@ impl Metadata {
         .collect()
     }
 
+    /// The version of this program that wrote a file; none where it was another program.
+    pub(super) fn version_of(all: &Attributes) -> Option<String> {
+        Reader(all).text("version").ok()
+    }
+
     /// From attributes, with those of the film; the name of the attribute that is missing or wrong.
     pub(super) fn from_attributes(all: &Attributes) -> Result<(Self, FilmFacts), String> {
         let read = Reader(all);

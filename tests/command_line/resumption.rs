@@ -330,3 +330,53 @@ fn a_full_disk_keeps_the_old_checkpoint() {
     assert_eq!(names(dir), ["filler", "image.checkpoint.exr"], "{stderr}");
     assert_eq!(hash(dir, "image.checkpoint.exr"), old);
 }
+
+#[test]
+fn a_checkpoint_is_lost_to_no_render_that_does_not_go_on_from_it() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let render = |rest: &str| ondine(&folder, &format!("render {IMAGE} {rest} -o image.exr"));
+    assert_eq!(render("--spp 128").code, 0);
+    fs::rename(at("image.exr"), at("image.checkpoint.exr")).unwrap();
+    let before = fs::read(at("image.checkpoint.exr")).unwrap();
+
+    let run = render("--spp 16");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let note = "note: image.checkpoint.exr is the checkpoint of an earlier render, and stays";
+    assert!(run.stderr.starts_with(note), "{}", run.stderr);
+    let run = render("--spp 16 --checkpoint 1");
+    assert_eq!(run.code, 2);
+    assert!(run.stderr.contains("add --resume"), "{}", run.stderr);
+    assert_eq!(fs::read(at("image.checkpoint.exr")).unwrap(), before);
+
+    // The image has fewer samples, the checkpoint more: the most counts, and then neither is needed but the whole.
+    let run = render("--spp 256 --resume --json");
+    let report = run.json();
+    assert_eq!(report["paths"], 64 * 48 * 128, "{}", run.stderr);
+    assert_eq!(names(folder.path()), ["image.exr"]);
+}
+
+#[test]
+fn where_the_better_file_is_damaged_the_other_counts() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let render = |rest: &str| ondine(&folder, &format!("render {IMAGE} {rest}"));
+    assert_eq!(render("--spp 64 -o image.exr").code, 0);
+    assert_eq!(render("--spp 128 -o image.checkpoint.exr").code, 0);
+    let mut bytes = fs::read(at("image.checkpoint.exr")).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    fs::write(at("image.checkpoint.exr"), bytes).unwrap();
+    let run = render("--spp 256 --resume --json -o image.exr");
+    assert!(
+        run.stderr.starts_with("warning: image.checkpoint.exr: "),
+        "{}",
+        run.stderr
+    );
+    assert_eq!(run.json()["paths"], 64 * 48 * 192);
+    assert_eq!(render("--spp 256 -o once.exr").code, 0);
+    assert_eq!(
+        hash(folder.path(), "image.exr"),
+        hash(folder.path(), "once.exr")
+    );
+}

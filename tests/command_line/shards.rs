@@ -315,4 +315,19 @@ fn a_shard_has_a_name_of_its_own_and_no_picture() {
         assert_eq!(run.code, 2);
         assert!(run.stderr.contains("write K/N"), "{}", run.stderr);
     }
+
+    // What a part is a part of has a number of samples.
+    let run = ondine(&folder, "render furnace --size 8x8 --shard 1/2 --time 1");
+    assert_eq!(run.code, 2);
+    assert!(run.stderr.contains("add --spp"), "{}", run.stderr);
+    let shard = "render furnace --size 8x8 --shard 2/3 --quiet --resume";
+    assert_eq!(ondine(&folder, &format!("{shard} --spp 16")).code, 0);
+    let run = ondine(&folder, &format!("{shard} --spp 32"));
+    assert_eq!(run.code, 2);
+    assert!(
+        run.stderr
+            .contains("a shard of 16 samples per pixel, and one of 32"),
+        "{}",
+        run.stderr
+    );
 }

@@ -149,8 +149,18 @@ impl Opened {
             return Err(damaged(path, "it has fewer bytes than its size needs"));
         }
         let (aovs, exact) = exact_channels(header).map_err(|why| foreign(path, why))?;
-        let (metadata, facts) = Metadata::from_attributes(&header.own_attributes.other)
-            .map_err(|why| foreign(path, why))?;
+        let attributes = &header.own_attributes.other;
+        let (metadata, facts) = Metadata::from_attributes(attributes).map_err(|why| {
+            match Metadata::version_of(attributes) {
+                Some(version) => Error::format(
+                    path,
+                    format!(
+                        "another build of Ondine ({version}) wrote this image, and its exact sums cannot be used ({why}); render it again"
+                    ),
+                ),
+                None => foreign(path, why),
+            }
+        })?;
         let (width, height, region) = windows(header)
             .filter(|(width, height, region)| {
                 Region::full(*width, *height).contains(metadata.crop)
