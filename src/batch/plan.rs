@@ -9,7 +9,7 @@ use crate::film::tonemap::Tonemap;
 use crate::render::{Settings, find_camera};
 use crate::resume;
 use crate::scene::builtin;
-use crate::scene::description::{Description, Environment};
+use crate::scene::description::Description;
 use crate::scene::toml::Change;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -235,18 +235,8 @@ fn ready(
 
 /// The files that a scene is read from and that an image could be called like.
 fn files_of(path: &str, scene: &Description) -> impl Iterator<Item = PathBuf> {
-    let environment = match &scene.environment {
-        Some(Environment::Image { image, .. }) => Some(image.file.as_str()),
-        Some(Environment::Harmonics(harmonics)) => Some(harmonics.source.as_str()),
-        _ => None,
-    };
-    let textures = scene
-        .textures
-        .iter()
-        .map(|texture| texture.image.file.as_str());
     let files: Vec<PathBuf> = std::iter::once(path)
-        .chain(environment)
-        .chain(textures)
+        .chain(scene.pictures())
         .filter_map(|file| Path::new(file).canonicalize().ok())
         .collect();
     files.into_iter()

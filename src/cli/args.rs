@@ -115,6 +115,9 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "a..b", help_heading = "Parts", allow_hyphen_values = true,
           value_parser = samples, conflicts_with_all = ["spp", "time"])]
     pub samples: Option<Range<u32>>,
+    /// Refuse to render where the scene's hash is another: what was planned with it must not change
+    #[arg(long, value_name = "HASH", help_heading = "Parts")]
+    pub scene_hash: Option<String>,
     /// Go on from the checkpoint, or from OUT.exr itself; what is there already is not rendered again
     #[arg(long, help_heading = "Parts")]
     pub resume: bool,

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::film::{Shard, write_whole};
-use crate::scene::description::{Description, Environment};
+use crate::scene::description::Description;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -157,24 +157,20 @@ fn misnamed(option: &str, path: &Path, example: &str, what: &str) -> Error {
     ))
 }
 
-/// Makes sure that a file is not the one that the environment is read from: `sky.toml` with `image = "sky.exr"` would by
-/// default be rendered over its own sky.
+/// Makes sure that a file is none that the scene's sky or textures are read from: `sky.toml` with `image = "sky.exr"` would
+/// by default be rendered over its own sky.
 ///
 /// # Errors
 /// [`Error::Usage`] where it is.
 pub(super) fn spare_inputs(output: &Path, scene: &Description) -> Result<()> {
-    let input = match &scene.environment {
-        Some(Environment::Image { image, .. }) => &image.file,
-        Some(Environment::Harmonics(harmonics)) => &harmonics.source,
-        _ => return Ok(()),
-    };
-    if is_same(output, Path::new(input)) {
-        return Err(Error::Usage(format!(
-            "{}: the scene's environment is read from this file; name another output with -o",
+    let mut pictures = scene.pictures();
+    match pictures.any(|picture| is_same(output, Path::new(picture))) {
+        false => Ok(()),
+        true => Err(Error::Usage(format!(
+            "{}: the scene's environment or a texture is read from this file; name another output with -o",
             output.display()
-        )));
+        ))),
     }
-    Ok(())
 }
 
 /// Marks the end of a trial.

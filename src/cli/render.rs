@@ -9,7 +9,9 @@ use super::{Outcome, interrupt, memory};
 use crate::error::{Error, Result};
 use crate::film::tonemap::Tonemap;
 use crate::film::{Film, MAX_SAMPLES, Metadata, exr, png};
-use crate::render::{Checkpoint, Continuation, Control, Rendered, Settings, render_on, workers};
+use crate::render::{
+    Checkpoint, Continuation, Control, Rendered, Settings, all_processors, render_on, workers,
+};
 use crate::resume::{self, Before, Other};
 use crate::scene::description::Description;
 use crate::stats::Stats;
@@ -24,6 +26,12 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     let load = begin.elapsed();
     for warning in &scene.warnings {
         super::say(format_args!("warning: {warning}"));
+    }
+    if let Some(hash) = args.scene_hash.as_ref().filter(|hash| **hash != scene.hash) {
+        return Err(Error::Usage(format!(
+            "{}: the scene or a file it names was changed: its hash is {}, and {hash} is asked for with --scene-hash",
+            scene.name, scene.hash
+        )));
     }
     let settings = settings(args, &scene);
     settings.check()?;
@@ -146,8 +154,11 @@ fn go_on(
         progress: &|paths| progress.add(paths),
     };
     let checkpoint = resume::checkpoint(&outputs.exr);
+    // Those who trace wait meanwhile.
+    let writers = workers(settings.threads.unwrap_or_else(all_processors))?;
     let keep = |so_far: &Rendered| {
-        if let Err(error) = exr::write(&checkpoint, &so_far.film, &reached(so_far)) {
+        let write = || exr::write(&checkpoint, &so_far.film, &reached(so_far));
+        if let Err(error) = writers.install(write) {
             progress.say(format_args!("warning: no checkpoint this time: {error}"));
         }
     };

@@ -3,9 +3,10 @@
 use super::hexadecimal;
 use crate::error::{Error, Result};
 use sha2::{Digest, Sha256};
-use std::fs::{self, File, Permissions};
+use std::fs::{self, File, Permissions, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
 
 /// Writes a file by way of a temporary one in the same folder, flushed to the disk and renamed over `path`.
 ///
@@ -39,17 +40,7 @@ fn write(
         )));
     }
     let folder = folder_of(&target)?;
-    let mut temporary = tempfile::Builder::new();
-    let prefix = prefix(&target);
-    temporary.prefix(&prefix).suffix(SUFFIX);
-    if let Some(permissions) = shared_permissions() {
-        temporary.permissions(permissions);
-    }
-    let mut temporary = temporary.tempfile_in(&folder).map_err(|e| {
-        // Without the random name of the temporary file, which tells the user nothing.
-        let message = format!("cannot create a file in {}: {}", folder.display(), e.kind());
-        io::Error::new(e.kind(), message)
-    })?;
+    let mut temporary = create(&target, &folder)?;
     let mut writer = BufWriter::with_capacity(1 << 18, temporary.as_file_mut());
     fill(&mut writer)?;
     writer.flush()?;
@@ -67,6 +58,29 @@ const PREFIX: &str = ".ondine-";
 /// What they end with.
 const SUFFIX: &str = ".tmp";
 
+/// A temporary file for `target`, locked while it is there: so who looks for leftovers knows that it is none.
+fn create(target: &Path, folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    let prefix = prefix(target);
+    builder.prefix(&prefix).suffix(SUFFIX);
+    if let Some(permissions) = shared_permissions() {
+        builder.permissions(permissions);
+    }
+    loop {
+        let temporary = builder.tempfile_in(folder).map_err(|e| {
+            // Without the random name of the temporary file, which tells the user nothing.
+            let message = format!("cannot create a file in {}: {}", folder.display(), e.kind());
+            io::Error::new(e.kind(), message)
+        })?;
+        // Where the file system has no locks, there is none.
+        let _ = temporary.as_file().lock();
+        // Between its creation and its lock, someone may have taken it for a leftover.
+        if temporary.path().exists() {
+            return Ok(temporary);
+        }
+    }
+}
+
 /// What the names of a file's temporary ones begin with.
 fn prefix(target: &Path) -> String {
     let name = target.file_name().unwrap_or_default();
@@ -79,7 +93,7 @@ pub fn is_leftover(name: &str) -> bool {
     name.starts_with(PREFIX) && name.ends_with(SUFFIX)
 }
 
-/// Removes what a killed program left of a file that it was writing; nobody else may be writing it.
+/// Removes what a killed program left of a file that it was writing; what another is writing stays.
 pub fn remove_leftovers(path: &Path) {
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let Ok(entries) = folder_of(&target).and_then(fs::read_dir) else {
@@ -89,7 +103,12 @@ pub fn remove_leftovers(path: &Path) {
     for entry in entries.flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        if name.starts_with(&prefix) && name.ends_with(SUFFIX) {
+        if !name.starts_with(&prefix) || !name.ends_with(SUFFIX) {
+            continue;
+        }
+        let held = File::open(entry.path())
+            .is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)));
+        if !held {
             // Left there, it does no harm.
             let _ = fs::remove_file(entry.path());
         }

@@ -8,6 +8,9 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+/// How many times as long as a checkpoint took there is none.
+const REST: u32 = 4;
+
 /// What the workers share: images under way, each with a `T` that tells its owner which it is.
 pub(super) struct Crew<'a, T> {
     desk: Mutex<Desk<T>>,
@@ -38,7 +41,7 @@ struct Course<T> {
     running: usize,
     /// A checkpoint is being written.
     held: bool,
-    /// When the next checkpoint is due.
+    /// When the next checkpoint is due; with the first wave the time begins.
     due: Option<Instant>,
     tally: Tally,
     /// Seconds of all workers together.
@@ -72,16 +75,13 @@ impl<'a, T> Crew<'a, T> {
 
     /// Puts an image last.
     pub fn open(&self, frame: Frame, owner: T) {
-        let due = frame
-            .interval()
-            .and_then(|every| Instant::now().checked_add(every));
         self.desk().open.push_back(Course {
             frame: Arc::new(frame),
             owner: Arc::new(owner),
             next: 0,
             running: 0,
             held: false,
-            due,
+            due: None,
             tally: Tally::default(),
             busy: Duration::ZERO,
         });
@@ -149,9 +149,10 @@ impl<'a, T> Crew<'a, T> {
                 }
                 Step::Keep(frame, owner, so_far) => {
                     drop(desk);
+                    let begin = Instant::now();
                     keep(&owner, so_far);
                     desk = self.desk();
-                    desk.go_on(&frame);
+                    desk.go_on(&frame, begin.elapsed());
                     self.news.notify_all();
                 }
                 Step::End(owner, rendered) => {
@@ -196,6 +197,9 @@ impl<T> Desk<T> {
                 }
                 continue;
             }
+            if course.next == 0 {
+                course.wait_for_checkpoint(Duration::ZERO);
+            }
             course.next += 1;
             course.running += 1;
             return Step::Trace(course.frame.clone(), wave);
@@ -228,17 +232,22 @@ impl<T> Desk<T> {
         }
     }
 
-    /// A checkpoint is written.
-    fn go_on(&mut self, frame: &Arc<Frame>) {
+    /// A checkpoint is written, and that took so long.
+    fn go_on(&mut self, frame: &Arc<Frame>, took: Duration) {
         if let Some(course) = self.course(frame) {
             course.held = false;
-            let every = course.frame.interval();
-            course.due = every.and_then(|every| Instant::now().checked_add(every));
+            course.wait_for_checkpoint(took * REST);
         }
     }
 }
 
 impl<T> Course<T> {
+    /// From now on as long as was asked for, and at least so long.
+    fn wait_for_checkpoint(&mut self, least: Duration) {
+        let every = self.frame.interval().map(|every| every.max(least));
+        self.due = every.and_then(|every| Instant::now().checked_add(every));
+    }
+
     /// The image as it is, while no wave is under way.
     fn rendered(&self, threads: usize) -> Rendered {
         Rendered {

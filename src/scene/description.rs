@@ -43,6 +43,21 @@ pub struct Description {
     pub warnings: Vec<String>,
 }
 
+impl Description {
+    /// The files that its textures and its sky are read from, as it names them: what no image may be written over. What is
+    /// part of another file has a name that is no path.
+    pub fn pictures(&self) -> impl Iterator<Item = &str> {
+        let sky = match &self.environment {
+            Some(Environment::Image { image, .. }) => Some(image.file.as_str()),
+            Some(Environment::Harmonics(harmonics)) => Some(harmonics.source.as_str()),
+            _ => None,
+        };
+        let textures = self.textures.iter();
+        sky.into_iter()
+            .chain(textures.map(|texture| texture.image.file.as_str()))
+    }
+}
+
 /// A camera and its name; `camera` where the file has but `[camera]`.
 #[derive(Clone, Debug)]
 pub struct NamedCamera {

@@ -200,10 +200,10 @@ fn what_is_stopped_in_time_or_by_hand_goes_on() {
     let folder = folder();
     let render = |rest: &str| ondine(&folder, &format!("render {IMAGE} {rest}"));
     assert_eq!(render("--spp 256 -o once.exr").code, 0);
-    let run = render("--spp 256 --time 0.001 -o image.exr");
+    let run = render("--spp 256 --time 0.05 -o image.exr");
     assert_eq!(run.code, 0, "{}", run.stderr);
     let first = blocks(folder.path(), "image.exr");
-    assert!(first < 64 * 48 * 16, "{first} blocks in a millisecond");
+    assert!(first < 64 * 48 * 16, "{first} blocks in so short a time");
     let run = render("--spp 256 --resume -o image.exr --json");
     assert_eq!(run.code, 0, "{}", run.stderr);
     let report = run.json();

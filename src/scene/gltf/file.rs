@@ -12,7 +12,7 @@ use percent_encoding::percent_decode_str;
 use sha2::{Digest, Sha256};
 use std::fmt::Display;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Greatest size of a file, bytes: what a `.glb` can say of itself.
 const LARGEST: u64 = u32::MAX as u64;
@@ -96,6 +96,13 @@ impl<'a> File<'a> {
         Ok(buffers)
     }
 
+    /// The file that a URI names; none where its name is not UTF-8.
+    pub(super) fn beside(&self, uri: &str) -> Option<PathBuf> {
+        let named = percent_decode_str(uri).decode_utf8().ok()?;
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        Some(folder.join(named.as_ref()))
+    }
+
     /// The bytes that a URI names, `most` at most.
     pub(super) fn resource(&self, uri: &str, most: u64, place: &str) -> Result<Vec<u8>> {
         if let Some(data) = uri.strip_prefix("data:") {
@@ -105,17 +112,12 @@ impl<'a> File<'a> {
             let message = format!("{} is on a network; save it beside the scene", quoted(uri));
             return Err(self.error(place, message));
         }
-        let named = percent_decode_str(uri).decode_utf8().map_err(|_| {
+        let file = self.beside(uri).ok_or_else(|| {
             self.error(
                 place,
                 format!("the name {} is not UTF-8; {AGAIN}", quoted(uri)),
             )
         })?;
-        let file = self
-            .path
-            .parent()
-            .unwrap_or(Path::new(""))
-            .join(named.as_ref());
         read(&file, most).map_err(|error| {
             let name = quoted(&file.display().to_string());
             self.error(

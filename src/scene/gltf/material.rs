@@ -273,7 +273,11 @@ impl<'a> Reader<'a> {
                 return Err(self.file.error(place, message));
             }
         };
-        let decoded = image::decode(bytes, &self.file.name(&place), space)?;
+        let mut decoded = image::decode(bytes, &self.file.name(&place), space)?;
+        let uri = json.uri.as_ref().filter(|uri| !uri.starts_with("data:"));
+        if let Some(path) = uri.and_then(|uri| self.file.beside(uri)) {
+            decoded.file = path.display().to_string();
+        }
         let decoded = Arc::new(decoded);
         self.images.insert(key, decoded.clone());
         Ok(decoded)
