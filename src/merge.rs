@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::film::exr::{self, ImageHeader};
 use crate::film::{AovSet, BLOCK, Coverage, Film, Metadata, Region, Shard};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Parts of one image, of which no block of samples is there twice.
@@ -109,9 +110,15 @@ impl Parts {
             Some(of) if of <= MOST_SHARDS => lacking(of).collect(),
             _ => Vec::new(),
         };
+        let pixels = self.metadata.crop.pixels() as u64;
+        let samples = blocks.sample_ranges(pixels, self.metadata.spp);
+        let passes = samples.iter().cloned();
+        let passes = passes.map(|samples| Coverage::of_samples(samples, pixels));
+        let is_passes = passes.fold(Coverage::default(), |all, pass| all.union(&pass)) == blocks;
         Missing {
-            blocks,
+            samples: if is_passes { samples } else { Vec::new() },
             all: whole.len(),
+            blocks,
             shards,
         }
     }
@@ -137,7 +144,7 @@ impl Parts {
 }
 
 /// Shards beyond which they are not looked for one by one.
-const MOST_SHARDS: u32 = 1 << 16;
+const MOST_SHARDS: u32 = 1 << 12;
 
 /// Whether a part is one of the image that the model belongs to.
 fn belongs(path: &Path, part: &ImageHeader, model_path: &Path, model: &ImageHeader) -> Result<()> {
@@ -213,6 +220,8 @@ pub struct Missing {
     pub all: u64,
     /// The shards that they are in, where the parts are shards.
     pub shards: Vec<Shard>,
+    /// The samples of every pixel that they are, if they are that.
+    pub samples: Vec<Range<u32>>,
 }
 
 impl Missing {
@@ -229,7 +238,16 @@ impl std::fmt::Display for Missing {
         let percent = self.blocks.len() as f64 / self.all.max(1) as f64 * 100.0;
         let names: Vec<String> = self.shards.iter().map(Shard::to_string).collect();
         match &names[..] {
-            [] => write!(f, "{percent:.3} % of the samples"),
+            [] if self.samples.is_empty() => write!(f, "{percent:.3} % of the samples"),
+            [] => {
+                let range = |samples: &Range<u32>| format!("{}..{}", samples.start, samples.end);
+                let ranges: Vec<String> = self.samples.iter().map(range).collect();
+                write!(
+                    f,
+                    "the samples {} of each pixel ({percent:.1} %)",
+                    ranges.join(", ")
+                )
+            }
             [one] => write!(f, "shard {one} ({percent:.1} % of the samples)"),
             [first @ .., last] if names.len() <= MOST => {
                 let first = first.join(", ");

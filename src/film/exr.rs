@@ -59,8 +59,9 @@ fn encode(
         image_hash: image_hash.to_owned(),
         checksum: NO_CHECKSUM.to_owned(),
     };
-    let header = header(film, metadata.to_attributes(&facts), &planes);
-    let mut checksum = Checksum::default();
+    let attributes = metadata.to_attributes(&facts);
+    let mut checksum = Checksum::of(&Metadata::checked_bytes(&attributes));
+    let header = header(film, attributes, &planes);
     let headers = [header].into_iter().collect();
     ::exr::block::write(file, headers, true, |meta, writer| {
         let blocks: Vec<_> = meta.enumerate_ordered_header_block_indices().collect();
@@ -106,7 +107,8 @@ const NO_CHECKSUM: &str = "--------";
 /// A header lists its channels, which are at most some thousands.
 const LONGEST_HEADER: u64 = 1 << 20;
 
-/// CRC-32 of the pixels of all channels, as blocks hold them before they are compressed: run lengths notice no damage.
+/// CRC-32 of what the header says of the render, and of the pixels of all channels, as blocks hold them before they are
+/// compressed: run lengths notice no damage.
 #[derive(Clone, Default)]
 pub(crate) struct Checksum(crc32fast::Hasher);
 

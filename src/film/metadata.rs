@@ -151,6 +151,27 @@ impl Metadata {
         .collect()
     }
 
+    /// What a checksum is taken of: all that a file says of its render, but for the checksum itself.
+    pub(super) fn checked_bytes(all: &Attributes) -> Vec<u8> {
+        let mut own: Vec<_> = all
+            .iter()
+            .filter(|(key, _)| key.as_slice().starts_with(b"ondine.") && **key != name("checksum"))
+            .collect();
+        own.sort_by(|(a, _), (b, _)| a.as_slice().cmp(b.as_slice()));
+        let mut bytes = Vec::new();
+        for (key, value) in own {
+            bytes.extend_from_slice(key.as_slice());
+            match value {
+                AttributeValue::Text(text) => bytes.extend_from_slice(text.as_slice()),
+                AttributeValue::I32(number) => bytes.extend_from_slice(&number.to_le_bytes()),
+                AttributeValue::F64(number) => bytes.extend_from_slice(&number.to_le_bytes()),
+                // None that this program writes.
+                _ => {}
+            }
+        }
+        bytes
+    }
+
     /// The version of this program that wrote a file; none where it was another program.
     pub(super) fn version_of(all: &Attributes) -> Option<String> {
         Reader(all).text("version").ok()

@@ -10,7 +10,7 @@ use tempfile::NamedTempFile;
 
 /// Writes a file by way of a temporary one in the same folder, flushed to the disk and renamed over `path`.
 ///
-/// Where `path` is a link, the file it leads to is replaced; a file that is replaced keeps its permissions, a new one
+/// Where `path` is a link to a file, that is replaced, and a link to nothing itself; a file that is replaced keeps its permissions, a new one
 /// has those that the umask gives. On any error ([`Error::Write`]) nothing is left behind, and what was at `path` stays.
 pub fn write_whole(
     path: &Path,

@@ -44,7 +44,7 @@ pub fn many<J: Jobs>(jobs: &J, threads: usize, memory: u64, control: &Control) -
     let films = Films::default();
     // A finished image waits here for a writer; a bound, so that memory has one.
     let (finished, to_write) = mpsc::sync_channel::<(Arc<J::Job>, Rendered)>(WRITERS);
-    let to_write = Mutex::new(to_write);
+    let to_write = Arc::new(Mutex::new(to_write));
     std::thread::scope(|scope| {
         scope.spawn(|| {
             let _closes = Closes(&crew);
@@ -57,12 +57,12 @@ pub fn many<J: Jobs>(jobs: &J, threads: usize, memory: u64, control: &Control) -
             }
         });
         for _ in 0..WRITERS {
-            scope.spawn(|| {
+            let to_write = to_write.clone();
+            let (films, helpers) = (&films, &helpers);
+            scope.spawn(move || {
                 let next = || {
-                    to_write
-                        .lock()
-                        .unwrap_or_else(PoisonError::into_inner)
-                        .recv()
+                    let queue = to_write.lock().unwrap_or_else(PoisonError::into_inner);
+                    queue.recv()
                 };
                 while let Ok((job, rendered)) = next() {
                     let bytes = rendered.film.bytes();
@@ -71,6 +71,8 @@ pub fn many<J: Jobs>(jobs: &J, threads: usize, memory: u64, control: &Control) -
                 }
             });
         }
+        // Without a writer left, there is nobody to wait for.
+        drop(to_write);
         let keep = |job: &J::Job, so_far| jobs.keep(job, so_far);
         let end = |job, rendered| {
             // Writers end when the last sender does.

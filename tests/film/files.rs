@@ -15,10 +15,11 @@ fn metadata() -> Metadata {
         scene_hash: "0123456789abcdef".to_owned(),
         camera: String::new(),
         seed: u64::MAX,
-        spp: 64,
-        crop: Region::full(50, 60),
+        spp: 33,
+        crop: CROP,
         shard: "3/16".parse().ok(),
-        blocks: Coverage::of([0..3000, 6000..7001]),
+        // Two passes over its 37 x 47 pixels, and the last sample of pixel 9,9.
+        blocks: Coverage::of([0..2 * 1739, 2 * 1739 + 154..2 * 1739 + 155]),
         path_length: u32::MAX,
         strategy: "mis".to_owned(),
         sampler: "sobol".to_owned(),
@@ -40,7 +41,7 @@ const CROP: Region = Region {
 
 /// 47 rows, so that the last block is not full; one sample is rejected.
 fn sample_film() -> Film {
-    let film = filled(50, 60, CROP, 20);
+    let film = filled(50, 60, CROP, 32);
     let pixel = Region {
         x0: 9,
         y0: 9,
@@ -153,6 +154,50 @@ fn a_part_that_was_changed_is_not_added_unseen() {
 }
 
 #[test]
+fn what_the_header_says_of_the_render_is_checked_too() {
+    let (_folder, path) = written();
+    let bytes = std::fs::read(&path).unwrap();
+    let mut found = 0;
+    for (name, value) in [
+        ("ondine.blocks", &b"3478"[..]),
+        ("ondine.seed", b"18446744073709551615"),
+        ("ondine.scene_hash", b"0123456789abcdef"),
+        ("ondine.checksum", b""),
+    ] {
+        let at = bytes.windows(name.len()).position(|w| w == name.as_bytes());
+        let value_at = at.unwrap() + name.len() + b"\0string\0____".len();
+        assert!(bytes[value_at..].starts_with(value), "{name}");
+        // The last digit of the first number, and one bit of it.
+        for bit in 0..4 {
+            let mut mutant = bytes.clone();
+            mutant[value_at + value.len().max(1) - 1] ^= 1 << bit;
+            std::fs::write(&path, mutant).unwrap();
+            let sum = Film::new(50, 60, CROP, ALL).unwrap();
+            for result in [
+                exr::read(&path).map(drop),
+                exr::add_to(&path, &sum).map(drop),
+            ] {
+                assert!(
+                    matches!(result, Err(Error::Format { .. })),
+                    "{name}, bit {bit}"
+                );
+                found += 1;
+            }
+        }
+    }
+    assert_eq!(found, 32);
+
+    // Sums and header that do not fit each other, though both are as they were written.
+    let less = Metadata {
+        blocks: Coverage::of([0..2 * 1739 - 1, 2 * 1739 + 154..2 * 1739 + 155]),
+        ..metadata()
+    };
+    exr::write(&path, &sample_film(), &less).unwrap();
+    let message = exr::read(&path).unwrap_err().to_string();
+    assert!(message.contains("other samples than it says"), "{message}");
+}
+
+#[test]
 fn an_image_that_another_program_deflated_comes_back_bit_for_bit() {
     use ::exr::compression::Compression;
     use ::exr::image::{Blocks, Encoding};
@@ -190,7 +235,8 @@ fn an_exr_without_aovs_comes_back_too() {
     );
     let metadata = Metadata {
         crop: Region::full(5, 4),
-        blocks: Coverage::of(std::iter::once(3..80)),
+        spp: 1,
+        blocks: Coverage::of(std::iter::once(0..20)),
         shard: None,
         roulette: None,
         ..metadata()

@@ -192,7 +192,9 @@ impl Opened {
         let ImageHeader { region, aovs, .. } = self.header;
         let bytes_per_row = region.width() as usize * header.channels.bytes_per_pixel;
         let mut row = Band::new(region.width() as usize, aovs);
-        let mut checksum = Checksum::default();
+        let attributes = &header.own_attributes.other;
+        let mut checksum = Checksum::of(&Metadata::checked_bytes(attributes));
+        let mut samples = self.rejected;
         let mut y = region.y0;
         for chunk in self.reader.all_chunks(false).map_err(cannot)? {
             let CompressedBlock::ScanLine(block) = chunk.map_err(cannot)?.compressed_block else {
@@ -211,6 +213,11 @@ impl Opened {
                     let what = "its exact sums are beyond what its samples can give";
                     return Err(damaged(path, what));
                 }
+                samples += row
+                    .counts
+                    .iter()
+                    .map(|&count| u64::from(count))
+                    .sum::<u64>();
                 film.add_row(region.x0, y, &row)?;
                 y += 1;
             }
@@ -223,8 +230,14 @@ impl Opened {
             let what = "its pixels do not have the checksum that it names";
             return Err(damaged(path, what));
         }
+        let metadata = self.header.metadata;
+        let pixels = metadata.crop.pixels() as u64;
+        if samples != metadata.blocks.paths(pixels, metadata.spp) {
+            let what = "it has other samples than it says";
+            return Err(damaged(path, what));
+        }
         film.add_rejected(self.rejected);
-        Ok(self.header.metadata)
+        Ok(metadata)
     }
 }
 
