@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::film::exr::{self, ImageHeader};
-use crate::film::{Coverage, Film, Metadata, remove_leftovers};
+use crate::film::{Coverage, Film, Metadata};
 use crate::render::{Rendered, Settings};
 use crate::scene::description::Description;
 use std::path::{Path, PathBuf};
@@ -82,8 +82,7 @@ pub enum Other {
     Replace,
 }
 
-/// What there is of the image that is `wanted`: in its checkpoint or its own file, whichever has more. What a killed render
-/// left half-written is removed. A file that is damaged is left out, and `damaged` told why.
+/// What there is of the image that is `wanted`: in its checkpoint or its own file, whichever has more. A file that is damaged is left out, and `damaged` told why.
 ///
 /// # Errors
 /// [`Error::Format`] where a file holds another image and that is refused; [`Error::Read`] where the system refuses.
@@ -95,7 +94,6 @@ pub fn find(
 ) -> Result<Option<Before>> {
     let mut found: Vec<(PathBuf, ImageHeader)> = Vec::new();
     for path in [exr.to_owned(), checkpoint(exr)] {
-        remove_leftovers(&path);
         if !path.exists() {
             continue;
         }

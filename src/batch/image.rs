@@ -3,7 +3,7 @@
 use super::plan::Ready;
 use super::run::{Ended, Outcome};
 use crate::error::{Error, Result};
-use crate::film::{Film, Metadata, exr, is_leftover, png};
+use crate::film::{Film, Metadata, exr, png};
 use crate::render::Rendered;
 use crate::resume;
 use std::path::Path;
@@ -53,16 +53,6 @@ fn write_png(ready: &Ready, film: &Film) -> Result<()> {
         Some(tonemap) => png::write(&ready.png_path(), film, tonemap),
         None => Ok(()),
     }
-}
-
-/// Whether a killed program left a half-written file in a folder.
-pub(super) fn has_leftovers(folder: &Path) -> bool {
-    let here = match folder.as_os_str().is_empty() {
-        true => Path::new("."),
-        false => folder,
-    };
-    let is_left = |entry: std::fs::DirEntry| is_leftover(&entry.file_name().to_string_lossy());
-    std::fs::read_dir(here).is_ok_and(|entries| entries.flatten().any(is_left))
 }
 
 /// Makes the folder of a file.

@@ -12,7 +12,7 @@ use crate::resume::{self, Before, Other};
 use crate::scene::Scene;
 use crate::scene::description::Description;
 use crate::scene::trees::Trees;
-use std::collections::HashMap;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -98,7 +98,7 @@ pub fn run(jobs: &[&Job], scenes: &mut Scenes, control: Control) -> Result<()> {
             scenes,
             compiled: None,
             trees: Trees::default(),
-            folders: HashMap::new(),
+            tidied: HashSet::new(),
         }),
         ended: Mutex::new(control.ended),
         warn: control.warn,
@@ -132,8 +132,8 @@ struct Desk<'a> {
     compiled: Option<(Arc<Description>, Arc<Scene>)>,
     /// Those of its meshes, which scenes with other materials share.
     trees: Trees,
-    /// Folders of images, and whether a killed program left anything there.
-    folders: HashMap<PathBuf, bool>,
+    /// Folders of images in which nothing is left of killed programs.
+    tidied: HashSet<PathBuf>,
 }
 
 /// A job under way.
@@ -210,16 +210,12 @@ impl<'a> Queue<'a> {
         (self.fits)(&ready.settings)?;
         image::create_folder(&ready.exr)?;
         let wanted = resume::wanted(&description, &ready.settings, self.target_features);
-        let is_new = standing == Standing::Missing
-            && !resume::checkpoint(&ready.exr).exists()
-            && !desk.has_leftovers(&ready.exr);
+        desk.tidy(&ready.exr);
+        let is_new = standing == Standing::Missing && !resume::checkpoint(&ready.exr).exists();
         let before = match is_new {
             true => None,
             // What is damaged, or another image, is replaced.
-            false => {
-                remove_leftovers(&ready.png_path());
-                resume::find(&ready.exr, &wanted, Other::Replace, &|_| ())?
-            }
+            false => resume::find(&ready.exr, &wanted, Other::Replace, &|_| ())?,
         };
         let (film, before) = match before {
             Some(Before { film, metadata, .. }) => {
@@ -248,16 +244,13 @@ impl<'a> Queue<'a> {
 }
 
 impl Desk<'_> {
-    /// Whether a killed program left anything in the folder of a file. Asked of each folder once, before the first file is
-    /// written there: each time, that would take as long as there are files.
-    fn has_leftovers(&mut self, file: &Path) -> bool {
+    /// Removes what killed programs left in the folder of a file: of each folder once, for that takes as long as there are
+    /// files.
+    fn tidy(&mut self, file: &Path) {
         let folder = file.parent().unwrap_or(Path::new(""));
-        if let Some(found) = self.folders.get(folder) {
-            return *found;
+        if self.tidied.insert(folder.to_owned()) {
+            remove_leftovers(file);
         }
-        let found = image::has_leftovers(folder);
-        self.folders.insert(folder.to_owned(), found);
-        found
     }
 
     fn compiled(&mut self, description: Arc<Description>) -> Arc<Scene> {

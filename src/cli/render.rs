@@ -8,7 +8,7 @@ use super::target::target_features;
 use super::{Outcome, interrupt, memory};
 use crate::error::{Error, Result};
 use crate::film::tonemap::Tonemap;
-use crate::film::{Film, MAX_SAMPLES, Metadata, exr, png};
+use crate::film::{Film, MAX_SAMPLES, Metadata, exr, png, remove_leftovers};
 use crate::render::{
     Checkpoint, Continuation, Control, Rendered, Settings, all_processors, render_on, workers,
 };
@@ -50,6 +50,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     let png = !args.picture.no_png && settings.shard.is_none();
     let outputs = Outputs::new(args.output.as_deref(), png, &scene, settings.shard)?;
     check_checkpoint(args, &outputs, &scene)?;
+    if args.resume {
+        remove_leftovers(&outputs.exr);
+    }
     let mut before = match args.resume {
         true => resume::find(&outputs.exr, &wanted, Other::Refuse, &|error| {
             let then = "its samples are rendered anew";
@@ -189,7 +192,8 @@ fn already(
     let mut report = Report::new(&before.metadata, settings, &rendered, load);
     if before.path != outputs.exr {
         write(&report, &rendered.film, &before.metadata, outputs, args)?;
-    } else if let Some(png) = outputs.png.as_deref().filter(|png| !png.exists()) {
+    } else if let Some(png) = &outputs.png {
+        // Its curve and exposure may be others.
         args.picture.write(png, &outputs.exr, &rendered.film)?;
     }
     resume::discard_checkpoint(&outputs.exr, &before.metadata);

@@ -31,7 +31,7 @@ pub use metadata::Metadata;
 pub use raster::Raster;
 pub use region::{Region, parse_size};
 pub use shard::Shard;
-pub use whole_file::{is_leftover, remove_leftovers, write_whole};
+pub use whole_file::{remove_leftovers, write_whole};
 
 use crate::error::{Error, Result};
 use exact::{Square, Sum};

@@ -1,9 +1,7 @@
 //! Files that are whole or not there: written beside their place, then renamed into it.
 
-use super::hexadecimal;
 use crate::error::{Error, Result};
-use sha2::{Digest, Sha256};
-use std::fs::{self, File, Permissions, TryLockError};
+use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
@@ -40,7 +38,7 @@ fn write(
         )));
     }
     let folder = folder_of(&target)?;
-    let mut temporary = create(&target, &folder)?;
+    let mut temporary = create(&folder)?;
     let mut writer = BufWriter::with_capacity(1 << 18, temporary.as_file_mut());
     fill(&mut writer)?;
     writer.flush()?;
@@ -58,11 +56,10 @@ const PREFIX: &str = ".ondine-";
 /// What they end with.
 const SUFFIX: &str = ".tmp";
 
-/// A temporary file for `target`, locked while it is there: so who looks for leftovers knows that it is none.
-fn create(target: &Path, folder: &Path) -> io::Result<NamedTempFile> {
+/// A temporary file, locked while it is there: so who looks for leftovers knows that it is none.
+fn create(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    let prefix = prefix(target);
-    builder.prefix(&prefix).suffix(SUFFIX);
+    builder.prefix(PREFIX).suffix(SUFFIX);
     if let Some(permissions) = shared_permissions() {
         builder.permissions(permissions);
     }
@@ -81,36 +78,23 @@ fn create(target: &Path, folder: &Path) -> io::Result<NamedTempFile> {
     }
 }
 
-/// What the names of a file's temporary ones begin with.
-fn prefix(target: &Path) -> String {
-    let name = target.file_name().unwrap_or_default();
-    let hash = hexadecimal(&Sha256::digest(name.as_encoded_bytes()));
-    format!("{PREFIX}{}-", &hash[..12])
-}
-
-/// Whether a file of this name is one that is being written, or that a killed program was writing.
-pub fn is_leftover(name: &str) -> bool {
-    name.starts_with(PREFIX) && name.ends_with(SUFFIX)
-}
-
-/// Removes what a killed program left of a file that it was writing; what another is writing stays.
-pub fn remove_leftovers(path: &Path) {
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+/// Removes what killed programs left half-written in the folder of a file; what is being written now stays.
+pub fn remove_leftovers(beside: &Path) {
+    let target = fs::canonicalize(beside).unwrap_or_else(|_| beside.to_owned());
     let Ok(entries) = folder_of(&target).and_then(fs::read_dir) else {
         return;
     };
-    let prefix = prefix(&target);
     for entry in entries.flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        if !name.starts_with(&prefix) || !name.ends_with(SUFFIX) {
+        if !name.starts_with(PREFIX) || !name.ends_with(SUFFIX) {
             continue;
         }
-        let held = File::open(entry.path())
-            .is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)));
-        if !held {
+        let path = entry.path();
+        // Whose lock nobody holds, that nobody writes. Where the file system has no locks, it stays.
+        if File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
             // Left there, it does no harm.
-            let _ = fs::remove_file(entry.path());
+            let _ = fs::remove_file(path);
         }
     }
 }

@@ -348,12 +348,15 @@ fn what_a_killed_batch_left_half_written_is_removed() {
     let folder = with_jobs(JOBS);
     let out = folder.path().join("out");
     assert_eq!(ondine(&folder, "batch jobs.toml").code, 0);
-    // As a kill leaves it: named for the file that was being written.
-    use sha2::{Digest, Sha256};
-    let hash = Sha256::digest("glossy-r0.1-0.exr");
-    let hash: String = hash[..6].iter().map(|byte| format!("{byte:02x}")).collect();
-    let half = format!(".ondine-{hash}-a1b2c3.tmp");
-    fs::rename(out.join("glossy-r0.1-0.exr"), out.join(&half)).unwrap();
+    // As a kill leaves it.
+    let half = ".ondine-a1b2c3.tmp";
+    fs::rename(out.join("glossy-r0.1-0.exr"), out.join(half)).unwrap();
+    // And one that another program is writing.
+    let other = fs::File::create(out.join(".ondine-d4e5f6.tmp")).unwrap();
+    other.lock().unwrap();
+    fs::write(folder.path().join(".ondine-g7h8i9.tmp"), "a manifest").unwrap();
     assert_eq!(ondine(&folder, "batch jobs.toml").code, 0);
-    assert_eq!(names(&out).len(), 8, "{:?}", names(&out));
+    assert_eq!(names(&out).len(), 9, "{:?}", names(&out));
+    assert!(out.join(".ondine-d4e5f6.tmp").exists());
+    assert!(!folder.path().join(".ondine-g7h8i9.tmp").exists());
 }

@@ -12,6 +12,7 @@ use crate::batch::run::{self, Control, Ended};
 use crate::batch::scenes::Scenes;
 use crate::batch::standing::Standing;
 use crate::error::{Error, Result};
+use crate::film::remove_leftovers;
 use crate::resume;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
@@ -57,6 +58,7 @@ pub(super) fn run(
         standings,
         chosen,
     } = batch;
+    remove_leftovers(manifest.path());
     // Where nothing can be recorded, nothing is begun.
     manifest.write(&jobs, &standings)?;
     let mut record = Record {
