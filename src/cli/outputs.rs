@@ -164,10 +164,10 @@ fn misnamed(option: &str, path: &Path, example: &str, what: &str) -> Error {
 /// [`Error::Usage`] where it is.
 pub(super) fn spare_inputs(output: &Path, scene: &Description) -> Result<()> {
     let mut pictures = scene.pictures();
-    match pictures.any(|picture| is_same(output, Path::new(picture))) {
-        false => Ok(()),
-        true => Err(Error::Usage(format!(
-            "{}: the scene's environment or a texture is read from this file; name another output with -o",
+    match pictures.find(|(_, picture)| is_same(output, Path::new(picture))) {
+        None => Ok(()),
+        Some((what, _)) => Err(Error::Usage(format!(
+            "{}: the scene's {what} is read from this file; name another output with -o",
             output.display()
         ))),
     }

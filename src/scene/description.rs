@@ -44,17 +44,19 @@ pub struct Description {
 }
 
 impl Description {
-    /// The files that its textures and its sky are read from, as it names them: what no image may be written over. What is
-    /// part of another file has a name that is no path.
-    pub fn pictures(&self) -> impl Iterator<Item = &str> {
+    /// The files that its sky and its textures are read from, with what they are: what no image may be written over. What
+    /// is part of another file has a name that is no path.
+    pub fn pictures(&self) -> impl Iterator<Item = (&'static str, &str)> {
         let sky = match &self.environment {
             Some(Environment::Image { image, .. }) => Some(image.file.as_str()),
             Some(Environment::Harmonics(harmonics)) => Some(harmonics.source.as_str()),
             _ => None,
         };
         let textures = self.textures.iter();
-        sky.into_iter()
-            .chain(textures.map(|texture| texture.image.file.as_str()))
+        let textures = textures.map(|texture| ("texture", texture.image.file.as_str()));
+        sky.map(|file| ("environment", file))
+            .into_iter()
+            .chain(textures)
     }
 }
 

@@ -159,7 +159,7 @@ fn what_the_header_says_of_the_render_is_checked_too() {
     let bytes = std::fs::read(&path).unwrap();
     let mut found = 0;
     for (name, value) in [
-        ("ondine.blocks", &b"3478"[..]),
+        ("ondine.blocks", &b"0..3478"[..]),
         ("ondine.seed", b"18446744073709551615"),
         ("ondine.scene_hash", b"0123456789abcdef"),
         ("ondine.checksum", b""),
@@ -269,7 +269,7 @@ fn a_description_lists_what_the_file_holds() {
     assert_eq!(kind("exact.square.G.3"), Some("uint"));
     assert_eq!(kind("exact.depth.Z.0"), Some("uint"));
     assert_eq!(part.attributes["ondine.scene"], metadata().scene);
-    assert_eq!(part.attributes["ondine.spp"], 64);
+    assert_eq!(part.attributes["ondine.spp"], 33);
     assert!(
         serde_json::to_string(&description)
             .unwrap()
