@@ -123,6 +123,14 @@ impl Parts {
         }
     }
 
+    /// Whether an image is the one that they belong to, and has all of their samples.
+    pub fn are_all_in(&self, image: &ImageHeader) -> bool {
+        let first = self.parts.first();
+        first.is_some_and(|(_, part)| image.difference(part).is_none())
+            && image.metadata.spp == self.metadata.spp
+            && image.metadata.blocks.contains(&self.metadata.blocks)
+    }
+
     /// Reads the parts, and adds them up: several at once on the rayon pool that the caller runs in.
     ///
     /// # Errors

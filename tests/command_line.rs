@@ -14,6 +14,7 @@ mod command_line {
     mod information;
     mod interruption;
     mod light_probes;
+    mod plan_lines;
     mod plans;
     mod refusals;
     mod renders;

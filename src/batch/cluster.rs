@@ -2,15 +2,19 @@
 //! anything else which runs command lines can work off. Each line may be run again: what is there is not rendered twice.
 
 use super::plan::{Job, Ready};
+use super::scenes::Scenes;
 use super::scripts;
 use crate::error::{Error, Result};
-use crate::film::exr;
 use crate::film::{Coverage, Shard, hexadecimal, write_whole};
 use crate::scene::builtin;
+use crate::scene::toml::Change;
+use crate::scene::toml::names::quoted;
+use glob::Pattern;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The version of `plan.json`.
 const VERSION: u32 = 1;
@@ -18,6 +22,9 @@ const VERSION: u32 = 1;
 const MOST_TASKS: usize = 1000;
 /// Greatest number of shards of an image.
 pub const MOST_SHARDS: u32 = 65_536;
+
+/// Bytes of an output's name that the names of its shards begin with, at most.
+const MOST_STEM: usize = 100;
 
 /// What `plan.json` says.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -29,6 +36,9 @@ pub struct Plan {
     pub lines_per_task: usize,
     /// The images, whose shards are the lines, in this order.
     pub images: Vec<PlannedImage>,
+    /// Where the folder was when its scripts were written, if it was moved since: that is where they work.
+    #[serde(skip)]
+    pub moved_from: Option<PathBuf>,
 }
 
 /// An image of a plan.
@@ -55,6 +65,7 @@ pub struct PlannedImage {
 impl PlannedImage {
     fn new(job: &Job, ready: &Ready, shards: u32) -> Result<Self> {
         let output = absolute(&ready.exr)?;
+        in_a_line("the output", &output)?;
         let render = arguments(job, ready)?;
         let pixels = ready.settings.region.pixels() as u64;
         let blocks = Coverage::of_samples(0..ready.settings.spp, pixels).len();
@@ -68,7 +79,12 @@ impl PlannedImage {
         }
         let digest = hexadecimal(&hasher.finalize());
         let stem = Path::new(&job.name).with_extension("");
-        let stem = super::template::safe(&stem.display().to_string());
+        let mut stem = super::template::safe(&stem.display().to_string());
+        // A name can have 255 bytes, and this one comes from a path. The digest tells apart.
+        let end = (0..=MOST_STEM)
+            .rev()
+            .find(|&end| stem.is_char_boundary(end));
+        stem.truncate(end.unwrap_or(0));
         Ok(Self {
             index: job.index,
             name: job.name.clone(),
@@ -88,6 +104,29 @@ impl PlannedImage {
         })
     }
 
+    /// What has become of the scene since, if its shards can no longer be rendered.
+    pub(super) fn change_of_scene(&self, scenes: &mut Scenes) -> Option<String> {
+        let scene = self.scene();
+        let changes = self
+            .render
+            .iter()
+            .filter_map(|word| word.strip_prefix("--set="));
+        let changes = changes.map(|text| Change::parse(text).map(Arc::new));
+        let opened = changes
+            .collect::<Result<Vec<_>>>()
+            .and_then(|changes| scenes.open(scene, &changes));
+        match opened {
+            Ok(found) if found.hash == self.scene_hash => None,
+            Ok(_) => Some(format!("{scene} was changed since")),
+            Err(error) => Some(error.to_string()),
+        }
+    }
+
+    /// The scene, as a command line names it.
+    pub(super) fn scene(&self) -> &str {
+        self.render.first().map_or("", String::as_str)
+    }
+
     /// The command line of a shard.
     pub(super) fn render_words(&self, program: &str, parts: &Path, shard: Shard) -> Vec<String> {
         let tail = [
@@ -102,12 +141,18 @@ impl PlannedImage {
         words.cloned().collect()
     }
 
-    /// What the merging has after the parts.
-    pub(super) fn merge_words(&self) -> Vec<String> {
-        let output = format!("--output={}", self.output.display());
-        std::iter::once(output)
-            .chain(self.picture.clone())
-            .collect()
+    /// The command line that puts the shards together, unless that is done. It names them by a pattern: no line could have
+    /// thousands of paths.
+    pub(super) fn merge_words(&self, program: &str, parts: &Path) -> Vec<String> {
+        let parts = Pattern::escape(&parts.join(&self.part).display().to_string());
+        let words = [
+            program.to_owned(),
+            "merge".to_owned(),
+            "--skip-done".to_owned(),
+            format!("{parts}.*-of-{}.exr", self.shards),
+            format!("--output={}", self.output.display()),
+        ];
+        words.into_iter().chain(self.picture.clone()).collect()
     }
 
     /// Where a shard's file is, below the folder of all.
@@ -121,21 +166,34 @@ impl PlannedImage {
 fn arguments(job: &Job, ready: &Ready) -> Result<Vec<String>> {
     let settings = &ready.settings;
     let scene = match Path::new(&*job.scene).is_file() || builtin::find(&job.scene).is_none() {
-        true => absolute(Path::new(&*job.scene))?.display().to_string(),
+        true => in_a_line("the scene", &absolute(Path::new(&*job.scene))?)?,
         false => job.scene.to_string(),
     };
     let mut words = vec![scene];
     for change in job.changes.iter() {
-        if change.value.contains('\n') {
+        // The origin shows the value as the job file has it, in several lines.
+        if change.value.contains(char::is_control) {
             return Err(Error::Usage(format!(
-                "{}: a command line has no room for a value of several lines; write it in one",
-                change.origin
+                "set {} has a line break or another control character in its value, for which a command line has no room; \
+                 write it in one line, with blanks",
+                change.key
             )));
         }
         words.push(format!("--set={}={}", change.key, change.value));
     }
     let mut add = |option: &str, value: String| words.push(format!("--{option}={value}"));
-    add("camera", settings.camera.clone().unwrap_or_default());
+    let camera = settings.camera.clone().unwrap_or_default();
+    // Whoever wrote the scene could have a command run otherwise.
+    if camera.contains(char::is_control) {
+        return Err(Error::Usage(format!(
+            "{}: the camera {} has a line break or another control character in its name, for which a command line has no \
+             room; rename it",
+            job.scene,
+            quoted(&camera)
+        )));
+    }
+    add("camera", camera);
+    add("scene-hash", ready.scene_hash().to_owned());
     add("size", format!("{}x{}", settings.width, settings.height));
     add("crop", settings.region.to_string());
     add("spp", settings.spp.to_string());
@@ -152,6 +210,21 @@ fn arguments(job: &Job, ready: &Ready) -> Result<Vec<String>> {
     Ok(words)
 }
 
+/// A path as a word of a line.
+///
+/// # Errors
+/// [`Error::Usage`] where it would end the line, or is no text; `what` it is.
+fn in_a_line(what: &str, path: &Path) -> Result<String> {
+    match path.to_str() {
+        Some(text) if !text.contains(char::is_control) => Ok(text.to_owned()),
+        _ => Err(Error::Usage(format!(
+            "--plan: {what} {} has a line break, another control character or bytes that are no UTF-8 in its path, for which \
+             a command line has no room; rename it",
+            quoted(&path.to_string_lossy())
+        ))),
+    }
+}
+
 fn absolute(path: &Path) -> Result<PathBuf> {
     std::path::absolute(path).map_err(|source| Error::Read {
         path: path.to_owned(),
@@ -163,7 +236,7 @@ impl Plan {
     /// For so many shards of each image, in `folder`. Nothing is written.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a job that no command line can tell.
+    /// [`Error::Usage`] for a job or a folder that no command line can tell.
     pub fn new<'a>(
         jobs: impl IntoIterator<Item = (&'a Job, &'a Ready)>,
         folder: &Path,
@@ -178,7 +251,9 @@ impl Plan {
             folder: absolute(folder)?,
             lines_per_task: 1,
             images,
+            moved_from: None,
         };
+        in_a_line("the folder", &plan.folder)?;
         plan.lines_per_task = plan.shards().count().div_ceil(MOST_TASKS).max(1);
         Ok(plan)
     }
@@ -204,8 +279,9 @@ impl Plan {
     /// image is the same.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a folder of other files, [`Error::Write`].
+    /// [`Error::Usage`] for a folder of other files and a program that no command line can name, [`Error::Write`].
     pub fn write(&self, program: &Path) -> Result<()> {
+        let program = in_a_line("this program", &absolute(program)?)?;
         let json = self.folder.join("plan.json");
         let occupied =
             std::fs::read_dir(&self.folder).is_ok_and(|mut found| found.next().is_some());
@@ -215,17 +291,13 @@ impl Plan {
                 self.folder.display()
             )));
         }
-        for folder in [
-            self.parts(),
-            self.folder.join("logs"),
-            self.folder.join("merged"),
-        ] {
+        for folder in [self.parts(), self.folder.join("logs")] {
             std::fs::create_dir_all(&folder).map_err(|source| Error::Write {
                 path: folder.clone(),
                 source,
             })?;
         }
-        for (name, text) in scripts::files(self, &absolute(program)?) {
+        for (name, text) in scripts::files(self, &program) {
             write_whole(&self.folder.join(name), |file| {
                 file.write_all(text.as_bytes())
             })?;
@@ -264,116 +336,12 @@ impl Plan {
         {
             return Err(wrong("of another version".to_owned()));
         }
-        // The folder may have been moved since.
+        let here = absolute(folder)?;
+        let same = matches!((here.canonicalize(), plan.folder.canonicalize()), (Ok(one), Ok(other)) if one == other);
         Ok(Self {
-            folder: absolute(folder)?,
+            moved_from: (!same).then_some(plan.folder),
+            folder: here,
             ..plan
         })
     }
-
-    /// What is there of it.
-    pub fn progress(&self) -> Progress {
-        let parts = self.parts();
-        let mut progress = Progress::default();
-        let mut line = 0;
-        for image in &self.images {
-            let mut header = None;
-            let mut whole = true;
-            for shard in Shard::all(image.shards) {
-                line += 1;
-                let path = image.file(&parts, shard);
-                match part(&path, image, shard) {
-                    Ok(found) => header = Some(found),
-                    Err(what) => {
-                        whole = false;
-                        let task = (line - 1) / self.lines_per_task + 1;
-                        progress.lacking.push(Lacking {
-                            name: image.name.clone(),
-                            shard: shard.to_string(),
-                            task,
-                            what,
-                        });
-                    }
-                }
-            }
-            let merged = whole && header.is_some_and(|of| is_merged(&image.output, &of));
-            if !merged {
-                progress.unmerged.push(image.name.clone());
-            }
-        }
-        progress.shards = line;
-        progress
-    }
-}
-
-/// What there is of a plan, and what is not.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Progress {
-    /// How many there are to be.
-    pub shards: usize,
-    /// Shards that are missing or damaged.
-    pub lacking: Vec<Lacking>,
-    /// Images whose shards have not been put together.
-    pub unmerged: Vec<String>,
-}
-
-/// A shard that is not there.
-#[derive(Clone, Debug, Serialize)]
-pub struct Lacking {
-    /// The image, by its output in the job file.
-    pub name: String,
-    /// K/N.
-    pub shard: String,
-    /// The task of the array that makes it.
-    pub task: usize,
-    /// What is wrong with it.
-    pub what: String,
-}
-
-impl Progress {
-    /// The tasks of what is lacking, as `sbatch -a` takes them: `3,7-9`.
-    pub fn tasks(&self) -> String {
-        let mut ranges: Vec<(usize, usize)> = Vec::new();
-        for lacking in &self.lacking {
-            match ranges.last_mut() {
-                Some((_, last)) if lacking.task <= *last + 1 => *last = lacking.task,
-                _ => ranges.push((lacking.task, lacking.task)),
-            }
-        }
-        let range = |&(first, last): &(usize, usize)| match first == last {
-            true => first.to_string(),
-            false => format!("{first}-{last}"),
-        };
-        ranges.iter().map(range).collect::<Vec<_>>().join(",")
-    }
-}
-
-/// The header of a shard that is whole; what is wrong with it otherwise.
-fn part(
-    path: &Path,
-    image: &PlannedImage,
-    shard: Shard,
-) -> std::result::Result<exr::ImageHeader, String> {
-    if !path.exists() {
-        return Err("missing".to_owned());
-    }
-    let found = exr::read_header(path).map_err(|error| format!("damaged: {error}"))?;
-    let metadata = &found.metadata;
-    if metadata.scene_hash != image.scene_hash || metadata.shard != Some(shard) {
-        return Err(format!("{} is another image", path.display()));
-    }
-    match metadata.blocks.contains(&metadata.all_blocks().part(shard)) {
-        true => Ok(found),
-        false => Err("not finished".to_owned()),
-    }
-}
-
-/// Whether an image is whole, and the one that a shard is of.
-fn is_merged(output: &Path, shard: &exr::ImageHeader) -> bool {
-    exr::read_header(output).is_ok_and(|found| {
-        let metadata = &found.metadata;
-        found.difference(shard).is_none()
-            && metadata.spp == shard.metadata.spp
-            && metadata.blocks.contains(&metadata.all_blocks())
-    })
 }

@@ -8,6 +8,7 @@ use crate::render::Settings;
 use crate::scene::description::{Description, MAX_EDGES, MAX_SIDE, SamplerKind, Strategy};
 use crate::scene::toml::reader::{Source, Table, Value};
 use crate::scene::toml::{self, Change};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -333,19 +334,27 @@ fn cameras(job: &Table, defaults: Option<&Table>) -> Result<Cameras> {
 fn changes(value: Value) -> Result<Vec<Vec<Arc<Change>>>> {
     const EXAMPLE: &str = "{ \"materials.ball.roughness\" = [0.1, 0.2] }";
     let mut axes = Vec::new();
+    // In quotes or as tables, it is one key.
+    let mut named = HashSet::new();
     let mut waiting = vec![(String::new(), value)];
     while let Some((path, value)) = waiting.pop() {
         let nested = value.is_table() || path.is_empty();
         if nested {
             let inner = value.table(EXAMPLE)?.values();
-            let named = inner.into_iter().rev().map(|value| {
+            // Without any key at all, `set` of the defaults is undone.
+            if inner.is_empty() && !path.is_empty() {
+                return Err(value.error(format!(
+                    "set {path} is an empty table; name a key and its values, as in {EXAMPLE}, or remove it"
+                )));
+            }
+            let keys = inner.into_iter().rev().map(|value| {
                 let key = match path.as_str() {
                     "" => value.key.to_owned(),
                     path => format!("{path}.{}", value.key),
                 };
                 (key, value)
             });
-            waiting.extend(named);
+            waiting.extend(keys);
             continue;
         }
         let axis = value.one_or_more()?.into_iter().map(|item| {
@@ -357,7 +366,15 @@ fn changes(value: Value) -> Result<Vec<Vec<Arc<Change>>>> {
             change.check()?;
             Ok(Arc::new(change))
         });
-        axes.push(axis.collect::<Result<Vec<_>>>()?);
+        let axis = axis.collect::<Result<Vec<_>>>()?;
+        if let Some(change) = axis.first()
+            && !named.insert(change.names()?)
+        {
+            return Err(value.key_error(format!(
+                "set names {path} twice; give all of its values in one list"
+            )));
+        }
+        axes.push(axis);
     }
     Ok(axes)
 }

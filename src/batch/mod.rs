@@ -4,10 +4,12 @@
 pub mod cluster;
 pub mod file;
 mod image;
+mod outputs;
 pub mod plan;
+pub mod progress;
 pub mod record;
 pub mod run;
 pub mod scenes;
-mod scripts;
+pub mod scripts;
 pub mod standing;
 pub mod template;

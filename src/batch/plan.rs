@@ -2,7 +2,8 @@
 //! of which varies fastest. So jobs that share a scene follow each other.
 
 use super::file::{Asked, Cameras, Grid, JobFile, Setting};
-use super::template::{FIELDS, Field};
+use super::outputs;
+use super::template::Field;
 use crate::error::{Error, Result};
 use crate::film::exr::ImageHeader;
 use crate::film::tonemap::Tonemap;
@@ -11,7 +12,7 @@ use crate::resume;
 use crate::scene::builtin;
 use crate::scene::description::Description;
 use crate::scene::toml::Change;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -65,7 +66,7 @@ impl Ready {
 
 impl Job {
     /// What a field of a template stands for; `unknown` where the scene would have to say it and cannot be read.
-    fn value(&self, field: Field) -> String {
+    pub(super) fn value(&self, field: Field) -> String {
         let name = match field {
             Field::Change(place) => {
                 let change = self.changes.get(place);
@@ -121,27 +122,27 @@ pub type Open<'a> = dyn FnMut(&str, &[Arc<Change>]) -> Result<Arc<Description>> 
 /// The jobs of a file. A job whose scene cannot be read, or whose settings do not fit it, is among them, with the reason.
 ///
 /// # Errors
-/// [`Error::Scene`] where there are more than [`MOST_JOBS`], two of them have one output, or an output is a file of a scene.
+/// [`Error::Scene`] where there are more than [`MOST_JOBS`], or their outputs meet each other or a file that is read.
 pub fn expand(file: &JobFile, open: &mut Open) -> Result<Vec<Job>> {
     check_count(file)?;
     let mut jobs = Vec::new();
-    // The grid of each job, and the files that scenes are read from.
+    // The grid of each job, and the files that are read: the job file, and those of scenes.
     let mut grids = Vec::new();
-    let mut inputs = HashSet::new();
+    let mut inputs: HashSet<PathBuf> = file.path.canonicalize().into_iter().collect();
     for (grid, scene) in scenes(file) {
         let path: Arc<str> = located(file.folder(), scene).into();
         for changes in product(&grid.changes) {
             let changes: Arc<[Arc<Change>]> = changes.into();
             let description = open(&path, &changes).map_err(|error| error.to_string());
             if let Ok(description) = &description {
-                inputs.extend(files_of(&path, description));
+                inputs.extend(outputs::inputs(&path, description));
             }
             for camera in cameras(grid, description.as_deref()) {
                 for settings in product(&grid.settings) {
                     if jobs.len() as u64 == MOST_JOBS {
                         return Err(too_many(grid));
                     }
-                    let ready = ready(description.as_deref(), camera.clone(), &settings);
+                    let ready = ready(grid, description.as_deref(), camera.clone(), &settings);
                     let mut job = Job {
                         index: jobs.len(),
                         name: String::new(),
@@ -159,7 +160,7 @@ pub fn expand(file: &JobFile, open: &mut Open) -> Result<Vec<Job>> {
             }
         }
     }
-    check_outputs(&jobs, &grids, &inputs)?;
+    outputs::check(&jobs, &grids, &inputs)?;
     Ok(jobs)
 }
 
@@ -211,6 +212,7 @@ fn cameras(grid: &Grid, scene: std::result::Result<&Description, &String>) -> Ve
 }
 
 fn ready(
+    grid: &Grid,
     scene: std::result::Result<&Description, &String>,
     camera: Option<String>,
     settings: &[Setting],
@@ -224,22 +226,13 @@ fn ready(
     let checked = settings
         .check()
         .and_then(|()| find_camera(scene, &settings).map(drop));
-    checked.map_err(|error| error.to_string())?;
+    checked.map_err(|error| format!("{}: {error}", grid.place))?;
     Ok(Ready {
         header: resume::wanted(scene, &settings, ""),
         settings,
         exr: PathBuf::new(),
         png: asked.png(),
     })
-}
-
-/// The files that a scene is read from and that an image could be called like.
-fn files_of(path: &str, scene: &Description) -> impl Iterator<Item = PathBuf> {
-    let files: Vec<PathBuf> = std::iter::once(path)
-        .chain(scene.pictures())
-        .filter_map(|file| Path::new(file).canonicalize().ok())
-        .collect();
-    files.into_iter()
 }
 
 /// How many jobs a grid has, all cameras of a scene counted as one.
@@ -271,65 +264,5 @@ fn too_many(grid: &Grid) -> Error {
         message: format!(
             "with this the file has more than {MOST_JOBS} jobs; shorten a list, or split the file"
         ),
-    }
-}
-
-/// Refuses two jobs of one output, and an output that a scene is read from.
-fn check_outputs(jobs: &[Job], grids: &[&Grid], inputs: &HashSet<PathBuf>) -> Result<()> {
-    let wrong = |job: &Job, message| {
-        Err(Error::Scene {
-            place: grids[job.index].output_place.clone(),
-            message,
-        })
-    };
-    let mut seen: HashMap<PathBuf, &Job> = HashMap::with_capacity(jobs.len());
-    for job in jobs {
-        let Ok(ready) = &job.ready else { continue };
-        let png = ready.png.map(|_| ready.png_path());
-        for path in [Some(ready.exr.clone()), png].into_iter().flatten() {
-            if path.canonicalize().is_ok_and(|path| inputs.contains(&path)) {
-                let message = format!(
-                    "the output {} is a file that a scene is read from; name another",
-                    path.display()
-                );
-                return wrong(job, message);
-            }
-            // By its parts: `a//b.exr` and `a/./b.exr` are one file.
-            let Some(other) = seen.insert(path.components().collect(), job) else {
-                continue;
-            };
-            let message = format!(
-                "jobs {} ({}) and {} ({}) have the same output {}; {}",
-                other.index,
-                other.title(),
-                job.index,
-                job.title(),
-                path.display(),
-                telling_apart(other, job, grids[job.index])
-            );
-            return wrong(job, message);
-        }
-    }
-    Ok(())
-}
-
-/// What to do with two jobs of one output.
-fn telling_apart(one: &Job, other: &Job, grid: &Grid) -> String {
-    let changes = grid.changes.iter().enumerate();
-    let keys = changes.map(|(place, axis)| (axis[0].key.as_str(), Field::Change(place)));
-    let known = FIELDS.iter().map(|&name| (name, Field::Known(name)));
-    // Each has an index of its own, and width and height are the size.
-    let fields: Vec<String> = known
-        .chain(keys)
-        .filter(|(name, _)| !["index", "width", "height"].contains(name))
-        .filter(|&(_, field)| !grid.output.has(field) && one.value(field) != other.value(field))
-        .map(|(name, _)| format!("{{{name}}}"))
-        .collect();
-    match fields.is_empty() {
-        false => format!(
-            "they differ in {}: put that in output",
-            fields.join(" and ")
-        ),
-        true => "name another output for one of them, or remove it".to_owned(),
     }
 }

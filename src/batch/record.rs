@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde_json::Value;
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -30,6 +30,9 @@ struct Event<'a> {
     error: Option<&'a str>,
 }
 
+/// Bytes of a line of events, at most: names and reasons are shorter.
+const LONGEST_EVENT: u64 = 1 << 20;
+
 /// A file that grows by a line for each job that ends.
 #[derive(Debug)]
 pub struct Events {
@@ -41,8 +44,20 @@ impl Events {
     /// Opens the file to add to what is in it.
     ///
     /// # Errors
-    /// [`Error::Write`] where it cannot be.
+    /// [`Error::Usage`] where it has something else in it, or its name is that of an image; [`Error::Write`] where it cannot be
+    /// opened.
     pub fn append_to(path: &Path) -> Result<Self> {
+        let is_image = path.extension().is_some_and(|ending| {
+            ["exr", "png"]
+                .iter()
+                .any(|image| ending.eq_ignore_ascii_case(image))
+        });
+        if is_image || !has_events(path) {
+            return Err(Error::Usage(format!(
+                "--events {}: this file is one of something else; name another, as in events.ndjson",
+                path.display()
+            )));
+        }
         let file = OpenOptions::new().create(true).append(true).open(path);
         Ok(Self {
             file: file.map_err(|source| cannot_write(path, source))?,
@@ -165,6 +180,18 @@ impl<'a> Image<'a> {
             aovs: settings.aovs.to_string(),
         }
     }
+}
+
+/// Whether a file is one of events, as far as its first line tells; one that is not there or empty becomes one, and what is no
+/// plain file is not asked.
+fn has_events(path: &Path) -> bool {
+    let Some(file) = File::open(path).ok().filter(|_| path.is_file()) else {
+        return true;
+    };
+    let mut line = Vec::new();
+    let read = BufReader::new(file.take(LONGEST_EVENT)).read_until(b'\n', &mut line);
+    let event: Option<Value> = serde_json::from_slice(&line).ok();
+    read.is_ok() && (line.is_empty() || event.is_some_and(|event| event["outcome"].is_string()))
 }
 
 /// The manifest, beside the job file.

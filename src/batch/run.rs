@@ -198,7 +198,11 @@ impl<'a> Queue<'a> {
             .map_err(|why| Error::Usage(why.clone()))?;
         let standing = Standing::of_image(ready);
         if standing == Standing::WithoutPng {
-            return image::develop(ready).map(Made::Ended);
+            match image::develop(ready) {
+                // Damaged in its pixels, it is rendered anew.
+                Err(Error::Format { .. }) => {}
+                ended => return ended.map(Made::Ended),
+            }
         }
         let description = desk.scenes.open(&job.scene, &job.changes)?;
         if description.hash != ready.scene_hash() {

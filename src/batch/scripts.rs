@@ -1,15 +1,14 @@
 //! The text files of a plan: command lines, and what submits them to Slurm.
 
-use super::cluster::Plan;
+use super::cluster::{Plan, PlannedImage};
 use std::path::Path;
 
 /// The files of a plan's folder, by name.
-pub(super) fn files(plan: &Plan, program: &Path) -> Vec<(&'static str, String)> {
+pub(super) fn files(plan: &Plan, program: &str) -> Vec<(&'static str, String)> {
     let folder = quoted(&plan.folder.display().to_string());
-    let program = program.display().to_string();
     vec![
-        ("commands.txt", commands(plan, &program)),
-        ("merges.txt", merges(plan, &program)),
+        ("commands.txt", commands(plan, program)),
+        ("merges.txt", merges(plan, program)),
         ("array.sbatch", array(plan, &folder)),
         ("merge.sbatch", merge(plan, &folder)),
         ("submit.sh", submit(&folder)),
@@ -25,21 +24,15 @@ fn commands(plan: &Plan, program: &str) -> String {
         .collect()
 }
 
-/// A command line for each image. What marks it as merged is named like its shards.
+/// A command line for each image.
 fn merges(plan: &Plan, program: &str) -> String {
-    let line = |image: &super::cluster::PlannedImage| {
-        let path = |path: &Path| quoted(&path.display().to_string());
-        let marker = path(&plan.folder.join("merged").join(&image.part));
-        let output = path(&image.output);
+    let parts = plan.parts();
+    let line = |image: &PlannedImage| {
         let folder = image.output.parent().unwrap_or(Path::new("/"));
-        // All parts by one pattern: of some thousand no line could name each.
-        let parts = path(&plan.parts().join(format!("{}.", image.part)));
         format!(
-            "[ -e {output} -a -e {marker} ] || {{ mkdir -p {} && {} merge {parts}*{} {} && : > {marker}; }}\n",
-            path(folder),
-            quoted(program),
-            quoted(&format!("-of-{}.exr", image.shards)),
-            joined(&image.merge_words())
+            "mkdir -p {} && {}\n",
+            quoted(&folder.display().to_string()),
+            joined(&image.merge_words(program, &parts))
         )
     };
     plan.images.iter().map(line).collect()
@@ -113,7 +106,7 @@ fn joined(words: &[String]) -> String {
 }
 
 /// A word as a shell takes it.
-fn quoted(word: &str) -> String {
+pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-+=./,:@%".contains(c);
     match !word.is_empty() && word.chars().all(plain) {
         true => word.to_owned(),

@@ -51,8 +51,14 @@ impl Template {
     /// Reads a template whose fields may be those of every job and `keys`, the keys of `set`, whole or by their last part.
     ///
     /// # Errors
-    /// A message for a brace that is alone, an unknown field, and a name that is not called `.exr`.
+    /// A message for a brace that is alone, an unknown field, a control character, and a name that is not called `.exr`.
     pub fn parse(text: &str, keys: &[&str]) -> Result<Self, String> {
+        if text.contains(char::is_control) {
+            return Err(format!(
+                "the name {} has a line break or another control character; write it without",
+                quoted(text)
+            ));
+        }
         let mut pieces = Vec::new();
         let mut plain = String::new();
         let mut rest = text;

@@ -10,7 +10,7 @@ use crate::merge::{Missing, Parts};
 use crate::stats::peak_rss_bytes;
 use clap::Args;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -22,7 +22,7 @@ Examples:
   ondine render cornell --samples 64..256 -o tomorrow.exr
   ondine merge today.exr tomorrow.exr -o cornell.exr           the bits of --spp 256
 
-Parts may come in any order, and may be merged images themselves.";
+Parts may come in any order, and may be merged images themselves. A part may be a pattern in quotes, as in 'parts/*.exr'.";
 
 /// Put parts of an image together, bit for bit the whole
 #[derive(Args, Debug)]
@@ -39,6 +39,9 @@ pub(super) struct MergeArgs {
     /// Where parts are missing, make the best image of what there is
     #[arg(long)]
     partial: bool,
+    /// Where OUT.exr has all of these samples already, leave it alone
+    #[arg(long)]
+    skip_done: bool,
     /// Print one JSON object on stdout instead of a summary
     #[arg(long, help_heading = "Output")]
     json: bool,
@@ -53,6 +56,8 @@ struct Report {
     spp: u32,
     samples: Samples,
     complete: bool,
+    /// Whether the image was there before.
+    skipped: bool,
     missing_shards: Vec<Shard>,
     missing_blocks: Coverage,
     rejected_samples: u64,
@@ -69,11 +74,12 @@ pub(super) fn run(args: &MergeArgs) -> Result<Outcome> {
         true => vec![exr_path.clone()],
         false => vec![exr_path.clone(), png_path.clone()],
     };
-    let inputs: Vec<_> = args.parts.iter().map(PathBuf::as_path).collect();
+    let named = named(&args.parts)?;
+    let inputs: Vec<_> = named.iter().map(PathBuf::as_path).collect();
     for file in &files {
         outputs::writable(file, &inputs)?;
     }
-    let parts = Parts::open(&args.parts)?;
+    let parts = Parts::open(&named)?;
     let missing = parts.missing();
     if !missing.is_empty() && !args.partial {
         return Err(Error::Usage(format!(
@@ -83,9 +89,21 @@ pub(super) fn run(args: &MergeArgs) -> Result<Outcome> {
     }
     let pixels = parts.region().pixels() as u64;
     memory::check_films(pixels, parts.aovs(), "merge on a larger machine")?;
-    let film = parts.merge()?;
-    exr::write(&exr_path, &film, parts.metadata())?;
-    if !args.picture.no_png {
+    let before = match args.skip_done {
+        true => before(&exr_path, &parts),
+        false => None,
+    };
+    let skipped = before.is_some();
+    let film = match before {
+        Some(film) => film,
+        None => {
+            let film = parts.merge()?;
+            exr::write(&exr_path, &film, parts.metadata())?;
+            film
+        }
+    };
+    let has_png = args.picture.no_png || skipped && png_path.exists();
+    if !has_png {
         args.picture.write(&png_path, &exr_path, &film)?;
     }
     if !missing.is_empty() {
@@ -95,12 +113,49 @@ pub(super) fn run(args: &MergeArgs) -> Result<Outcome> {
         .iter()
         .map(|file| file.display().to_string())
         .collect();
-    let report = Report::new(&parts, &film, missing, args.parts.len(), outputs);
+    let mut report = Report::new(&parts, &film, missing, named.len(), outputs);
+    report.skipped = skipped;
     match args.json {
         true => super::print_json(&report)?,
         false => super::print(&report.summary())?,
     }
     Ok(Outcome::Done)
+}
+
+/// The files of all patterns, which reach further than a command line: the system bounds its length.
+///
+/// # Errors
+/// [`Error::Usage`] for a pattern that is none, or that no file matches.
+fn named(parts: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut named = Vec::with_capacity(parts.len());
+    for part in parts {
+        let wrong = |what: &dyn std::fmt::Display| {
+            let part = part.display();
+            Error::Usage(format!(
+                "{part}: {what}; name a file, or a pattern as in 'parts/*.exr'"
+            ))
+        };
+        let pattern = part.to_str().filter(|text| text.contains(['*', '?', '[']));
+        let Some(pattern) = pattern.filter(|_| !part.exists()) else {
+            named.push(part.clone());
+            continue;
+        };
+        let before = named.len();
+        for found in glob::glob(pattern).map_err(|error| wrong(&error.msg))? {
+            named.push(found.map_err(|error| wrong(&error))?);
+        }
+        if named.len() == before {
+            return Err(wrong(&"no file matches this pattern"));
+        }
+    }
+    Ok(named)
+}
+
+/// The image itself, if it has the samples of all parts and is whole.
+fn before(exr: &Path, parts: &Parts) -> Option<Film> {
+    let header = exr::read_header(exr).ok()?;
+    let read = parts.are_all_in(&header).then(|| exr::read(exr).ok());
+    read?.map(|(film, _)| film)
 }
 
 impl Report {
@@ -120,6 +175,7 @@ impl Report {
             spp: metadata.spp,
             samples: Samples { min, max },
             complete: missing.is_empty(),
+            skipped: false,
             missing_shards: missing.shards,
             missing_blocks: missing.blocks,
             rejected_samples: film.rejected(),
@@ -132,8 +188,12 @@ impl Report {
     }
 
     fn summary(&self) -> String {
+        let what = match self.skipped {
+            true => "Left alone",
+            false => "Wrote",
+        };
         format!(
-            "Wrote {}: {} of {}x{} pixels, {} per pixel\nImage hash {}\n",
+            "{what} {}: {} of {}x{} pixels, {} per pixel\nImage hash {}\n",
             self.outputs.join(" and "),
             counted(self.parts, "part"),
             self.width,

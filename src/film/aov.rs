@@ -69,7 +69,7 @@ impl AovSet {
     pub fn check(self) -> Result<()> {
         if self.lengths > Self::MAX_LENGTHS {
             return Err(Error::Usage(format!(
-                "the layer \"bounces\" keeps at most {} path lengths apart; choose --path-length {0} or less",
+                "the layer \"bounces\" keeps at most {} path lengths apart; choose a path length of {0} or less",
                 Self::MAX_LENGTHS
             )));
         }

@@ -360,3 +360,51 @@ fn what_a_killed_batch_left_half_written_is_removed() {
     assert!(out.join(".ondine-d4e5f6.tmp").exists());
     assert!(!folder.path().join(".ondine-g7h8i9.tmp").exists());
 }
+
+#[test]
+fn events_are_added_to_events_alone() {
+    let folder = with_jobs(JOBS);
+    let at = |name: &str| folder.path().join(name);
+    fs::write(
+        at("scene.gltf"),
+        "{ \"asset\": { \"version\": \"2.0\" } }\n",
+    )
+    .unwrap();
+    fs::write(at("notes.txt"), "notes").unwrap();
+    for name in ["scene.gltf", "notes.txt", "new.exr", "new.PNG"] {
+        let before = fs::read(at(name)).ok();
+        let run = ondine(&folder, &format!("batch jobs.toml --events {name}"));
+        refuses(&run, &["--events", name, "name another"]);
+        assert_eq!(fs::read(at(name)).ok(), before, "{name}");
+    }
+    fs::write(at("empty"), "").unwrap();
+    for _ in 0..2 {
+        assert_eq!(
+            ondine(&folder, "batch jobs.toml --only *0.1-0* --events empty").code,
+            0
+        );
+    }
+    assert_eq!(fs::read_to_string(at("empty")).unwrap().lines().count(), 2);
+}
+
+#[test]
+fn a_damaged_image_without_its_png_is_rendered_anew() {
+    let folder = with_jobs(JOBS);
+    assert_eq!(ondine(&folder, "batch jobs.toml --only *0.1-0*").code, 0);
+    let image = folder.path().join("out/glossy-r0.1-0.exr");
+    let whole = fs::read(&image).unwrap();
+    let mut bytes = whole.clone();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&image, &bytes).unwrap();
+    fs::remove_file(image.with_extension("png")).unwrap();
+    let run = ondine(&folder, "batch jobs.toml --only *0.1-0*");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(image.with_extension("png").exists());
+    let info = ondine(
+        &folder,
+        "compare --json out/glossy-r0.1-0.exr out/glossy-r0.1-0.exr",
+    );
+    assert_eq!(info.code, 0, "{}", info.stderr);
+    assert_eq!(fs::read(&image).unwrap().len(), whole.len());
+}

@@ -19,7 +19,7 @@ output = "my images/{scene}-{strategy}.exr"
 "#;
 
 /// A job file, its scene, and a plan of them.
-fn planned(shards: u32) -> TempDir {
+pub(crate) fn planned(shards: u32) -> TempDir {
     let folder = folder();
     let scene = ondine(&folder, "scenes cornell").stdout;
     fs::write(folder.path().join("room's.toml"), scene).unwrap();
@@ -33,7 +33,7 @@ fn planned(shards: u32) -> TempDir {
 }
 
 /// A script of the plan, from anywhere; as a task of an array, if it is one.
-fn script(folder: &TempDir, name: &str, task: Option<usize>) -> Run {
+pub(crate) fn script(folder: &TempDir, name: &str, task: Option<usize>) -> Run {
     let mut command = Command::new("bash");
     command
         .arg(folder.path().join("plan").join(name))
@@ -45,7 +45,7 @@ fn script(folder: &TempDir, name: &str, task: Option<usize>) -> Run {
     command.output().unwrap().into()
 }
 
-fn status(folder: &TempDir) -> Run {
+pub(crate) fn status(folder: &TempDir) -> Run {
     ondine(folder, "batch --status plan")
 }
 
@@ -66,7 +66,6 @@ fn shards_of_a_plan_merge_to_the_bits_of_a_batch() {
             "commands.txt",
             "logs",
             "merge.sbatch",
-            "merged",
             "merges.txt",
             "parts",
             "plan.json",
@@ -196,6 +195,28 @@ fn shards_that_are_missing_or_damaged_are_told_with_the_tasks_that_make_them() {
         let run = script(&folder, "array.sbatch", Some(task));
         assert_eq!(run.code, 0, "{}", run.stderr);
     }
+
+    // Damage that only the pixels have: the merging finds it, and so must the status.
+    let mut bytes = fs::read(file("3-of-4.exr")).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(file("3-of-4.exr"), bytes).unwrap();
+    let merging = script(&folder, "merge.sbatch", None);
+    assert_eq!(merging.code, 1);
+    assert!(
+        merging.stderr.contains("3-of-4.exr: "),
+        "{}",
+        merging.stderr
+    );
+    let run = status(&folder);
+    let lines: Vec<&str> = run.stdout.lines().collect();
+    assert!(
+        lines[0].contains("light.exr: shard 3/4 (task 7): damaged: "),
+        "{}",
+        lines[0]
+    );
+    assert!(lines[2].starts_with("sbatch -a 7 "), "{}", lines[2]);
+    assert_eq!(script(&folder, "array.sbatch", Some(7)).code, 0);
     assert_eq!(script(&folder, "merge.sbatch", None).code, 0);
     assert_eq!(status(&folder).code, 0);
 }
@@ -220,6 +241,8 @@ fn shards_of_changed_jobs_are_not_mistaken() {
         assert_eq!(run.code, 2, "{}", run.stderr);
         assert!(run.stderr.contains(words), "{}", run.stderr);
     };
+    refused("batch --status plan --only x", "--only");
+    refused("batch --status plan --threads 3", "--threads");
     refused(
         "batch jobs.toml --plan .",
         "this folder has other files, and no plan",
@@ -243,4 +266,78 @@ fn an_image_has_no_more_shards_than_blocks_of_samples() {
     }
     assert_eq!(script(&folder, "merge.sbatch", None).code, 0);
     assert_eq!(status(&folder).code, 0);
+}
+
+#[test]
+fn a_plan_that_was_moved_is_planned_again() {
+    let folder = planned(1);
+    assert_eq!(script(&folder, "array.sbatch", Some(2)).code, 0);
+    let at = |name: &str| folder.path().join(name);
+    fs::rename(at("plan"), at("my plan")).unwrap();
+    let status = || -> Run {
+        let mut command = crate::command(folder.path(), "batch --status");
+        command.arg("my plan").output().unwrap().into()
+    };
+    let run = status();
+    assert_eq!(run.code, 1);
+    assert!(run.stdout.contains("1 of 2 shards"), "{}", run.stdout);
+    assert!(!run.stdout.contains("sbatch"), "{}", run.stdout);
+    let remedy = format!(
+        "where it was: plan again, with --plan '{}'; shards that are of the same images are used\n",
+        folder
+            .path()
+            .canonicalize()
+            .unwrap()
+            .join("my plan")
+            .display()
+    );
+    assert!(run.stdout.ends_with(&remedy), "{}", run.stdout);
+    let mut plan = crate::command(folder.path(), "batch jobs.toml --plan");
+    let planned: Run = plan.arg("my plan").output().unwrap().into();
+    assert!(
+        planned.stdout.contains("my plan/submit.sh' [OPTIONS"),
+        "{}",
+        planned.stdout
+    );
+    let run = status();
+    assert!(run.stdout.contains("1 of 2 shards"), "{}", run.stdout);
+    assert!(
+        run.stdout.ends_with("/my plan/array.sbatch'\n"),
+        "{}",
+        run.stdout
+    );
+}
+
+#[test]
+fn a_scene_that_was_changed_since_is_planned_again_and_not_rendered() {
+    let folder = planned(2);
+    assert_eq!(script(&folder, "array.sbatch", Some(1)).code, 0);
+    let scene = folder.path().join("room's.toml");
+    let text = fs::read_to_string(&scene).unwrap();
+    fs::write(
+        &scene,
+        format!("{text}\n[materials.more]\ntype = \"mirror\"\nreflectance = [0.5, 0.5, 0.5]\n"),
+    )
+    .unwrap();
+    let run = script(&folder, "array.sbatch", Some(2));
+    assert_eq!(run.code, 1, "{}", run.stdout);
+    assert!(run.stderr.contains("--scene-hash"), "{}", run.stderr);
+    assert_eq!(names(&folder.path().join("plan/parts")).len(), 1);
+    let run = status(&folder);
+    assert_eq!(run.code, 1);
+    assert!(
+        run.stdout
+            .contains("room's.toml was changed since: plan again, with --plan /"),
+        "{}",
+        run.stdout
+    );
+    assert!(!run.stdout.contains("sbatch"), "{}", run.stdout);
+    let json = ondine(&folder, "batch --status plan --json");
+    let json: serde_json::Value = serde_json::from_str(&json.stdout).unwrap();
+    assert!(
+        json["command"].is_null() && json["obsolete"].is_string(),
+        "{json}"
+    );
+    fs::write(&scene, text).unwrap();
+    assert!(status(&folder).stdout.contains("sbatch -a 2-4 "));
 }

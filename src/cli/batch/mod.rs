@@ -81,11 +81,11 @@ pub(super) struct BatchArgs {
     quiet: bool,
 
     /// Worker threads [default: one for each processor]
-    #[arg(long, value_name = "N", help_heading = "Running",
+    #[arg(long, value_name = "N", help_heading = "Running", conflicts_with_all = ["dry_run", "status", "plan"],
           allow_negative_numbers = true, value_parser = threads)]
     threads: Option<usize>,
     /// Keep what there is of each image under way that often, to go on from after a crash [default: 60]
-    #[arg(long, value_name = "SECONDS", help_heading = "Running",
+    #[arg(long, value_name = "SECONDS", help_heading = "Running", conflicts_with_all = ["dry_run", "status", "plan"],
           allow_negative_numbers = true, value_parser = time_span)]
     checkpoint: Option<Duration>,
 }
@@ -96,6 +96,12 @@ fn shards(text: &str) -> std::result::Result<u32, String> {
 
 pub(super) fn run(args: &BatchArgs) -> Result<Outcome> {
     if args.status && args.jobs.is_dir() {
+        if !args.only.is_empty() {
+            return Err(Error::Usage(
+                "--only: the status of a plan's folder is that of all of it; leave it out, or name the job file"
+                    .to_owned(),
+            ));
+        }
         return plan::status(&args.jobs, args.json);
     }
     let file = JobFile::read(&args.jobs)?;

@@ -3,7 +3,9 @@
 use super::super::report::counted;
 use super::super::{Outcome, print, print_json, say};
 use super::Batch;
-use crate::batch::cluster::{Plan, Progress};
+use crate::batch::cluster::Plan;
+use crate::batch::progress::Progress;
+use crate::batch::scripts::quoted;
 use crate::error::{Error, Result};
 use serde::Serialize;
 use std::fmt::Write;
@@ -69,15 +71,19 @@ pub(super) fn write(batch: &Batch, folder: &Path, shards: u32, json: bool) -> Re
 impl Report<'_> {
     fn summary(&self) -> String {
         let folder = self.folder.display();
+        let shell = |path: &Path| quoted(&path.display().to_string());
         format!(
             "Wrote {folder}: {} of {}, in {} of a job array; {} done before\n\
-             Slurm: bash {folder}/submit.sh [OPTIONS OF SBATCH]\n\
-             Others run the lines of {folder}/commands.txt, then those of {folder}/merges.txt\n\
-             ondine batch --status {folder} says what is there\n",
+             Slurm: bash {} [OPTIONS OF SBATCH]\n\
+             Others run the lines of {folder}/commands.txt, then bash {}\n\
+             ondine batch --status {} says what is there\n",
             counted(self.shards, "shard"),
             counted(self.images, "image"),
             counted(self.tasks, "task"),
             self.done,
+            shell(&self.folder.join("submit.sh")),
+            shell(&self.folder.join("merge.sbatch")),
+            shell(self.folder),
         )
     }
 }
@@ -88,24 +94,25 @@ struct Status<'a> {
     #[serde(flatten)]
     progress: &'a Progress,
     images: usize,
-    /// What makes what is lacking.
+    /// What makes what is lacking; none where that takes another plan.
     command: Option<String>,
 }
 
 /// Tells what there is of a plan, and what makes the rest.
 pub(super) fn status(folder: &Path, json: bool) -> Result<Outcome> {
     let plan = Plan::read(folder)?;
-    let progress = plan.progress();
+    let progress = Progress::of(&plan);
     let script = |options: &str, name: &str| {
         let path = plan.folder.join(name);
-        format!("sbatch {options}{}", path.display())
+        format!("sbatch {options}{}", quoted(&path.display().to_string()))
     };
+    let is_done = progress.lacking.is_empty() && progress.unmerged.is_empty();
     let command = match (progress.lacking.is_empty(), progress.unmerged.is_empty()) {
         (false, _) => Some(script(&format!("-a {} ", progress.tasks()), "array.sbatch")),
         (true, false) => Some(script("", "merge.sbatch")),
         (true, true) => None,
     };
-    let is_done = command.is_none();
+    let command = command.filter(|_| progress.obsolete.is_none());
     if json {
         print_json(&Status {
             progress: &progress,
@@ -130,8 +137,18 @@ pub(super) fn status(folder: &Path, json: bool) -> Result<Outcome> {
             counted(progress.shards, "shard"),
             counted(plan.images.len(), "image")
         );
-        if let Some(command) = command {
-            let _ = writeln!(text, "{command}");
+        match (&progress.obsolete, command) {
+            (_, Some(command)) => {
+                let _ = writeln!(text, "{command}");
+            }
+            (Some(why), None) if !is_done => {
+                let _ = writeln!(
+                    text,
+                    "{why}: plan again, with --plan {}; shards that are of the same images are used",
+                    quoted(&plan.folder.display().to_string())
+                );
+            }
+            _ => {}
         }
         print(&text)?;
     }

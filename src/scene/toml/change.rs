@@ -49,6 +49,15 @@ impl Change {
         self.toml().map(drop)
     }
 
+    /// The key, part by part: the same however it is quoted.
+    ///
+    /// # Errors
+    /// [`Error::Usage`], with the origin, where it is no path.
+    pub fn names(&self) -> Result<Vec<String>> {
+        let path = self.path()?;
+        Ok(path.iter().map(|key| key.get().to_owned()).collect())
+    }
+
     fn path(&self) -> Result<Vec<Key>> {
         Key::parse(&self.key).map_err(|_| {
             self.error(format!(
