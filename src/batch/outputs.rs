@@ -13,7 +13,7 @@ use std::path::{Component, Path, PathBuf};
 /// The files that a scene is read from and that an image could be called like, each by its place.
 pub(super) fn inputs(path: &str, scene: &Description) -> impl Iterator<Item = PathBuf> {
     let files: Vec<PathBuf> = std::iter::once(path)
-        .chain(scene.pictures())
+        .chain(scene.pictures().map(|(_, file)| file))
         .filter_map(|file| Path::new(file).canonicalize().ok())
         .collect();
     files.into_iter()
