@@ -30,6 +30,8 @@ use std::path::Path;
 
 /// Rows that are compressed at once.
 const BATCH: usize = 64;
+/// Bytes of pixels that one thread compresses sooner than it would find another to help.
+const ALONE: usize = 1 << 19;
 
 /// Writes `film` and what is known of its render to `path`: whole, or [`Error::Write`] and nothing. Gives the film's
 /// [`image_hash`](Film::image_hash), which takes a while to compute.
@@ -65,9 +67,11 @@ fn encode(
     let headers = [header].into_iter().collect();
     ::exr::block::write(file, headers, true, |meta, writer| {
         let blocks: Vec<_> = meta.enumerate_ordered_header_block_indices().collect();
+        let bytes = film.region().width() as usize * meta.headers[0].channels.bytes_per_pixel;
         for batch in blocks.chunks(BATCH) {
             let chunks: Vec<_> = batch
                 .par_iter()
+                .with_min_len(ALONE / bytes.max(1) + 1)
                 .map(|&(index, block)| {
                     let block = uncompressed(film, &planes, &meta, block);
                     let sum = Checksum::of(&block.data);

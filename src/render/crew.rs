@@ -50,7 +50,8 @@ struct Course<T> {
 
 /// What a worker does next.
 enum Step<T> {
-    Trace(Arc<Frame>, Wave),
+    /// The last field is whether it is the image's last wave.
+    Trace(Arc<Frame>, Wave, bool),
     Keep(Arc<Frame>, Arc<T>, Rendered),
     End(Arc<T>, Rendered),
     Wait,
@@ -133,9 +134,11 @@ impl<'a, T> Crew<'a, T> {
         let mut desk = self.desk();
         loop {
             match desk.step((self.stopped)(), self.threads) {
-                Step::Trace(frame, wave) => {
+                Step::Trace(frame, wave, is_last) => {
                     drop(desk);
-                    self.room.notify_one();
+                    if is_last {
+                        self.room.notify_one();
+                    }
                     let begin = Instant::now();
                     let ws = match &mut own {
                         Some((of, ws)) if Arc::ptr_eq(of, &frame) => ws,
@@ -202,7 +205,8 @@ impl<T> Desk<T> {
             }
             course.next += 1;
             course.running += 1;
-            return Step::Trace(course.frame.clone(), wave);
+            let is_last = course.next == course.frame.plan.waves();
+            return Step::Trace(course.frame.clone(), wave, is_last);
         }
         match self.open.is_empty() && !self.more {
             true => Step::Leave,

@@ -14,6 +14,7 @@ use crate::batch::standing::Standing;
 use crate::error::{Error, Result};
 use crate::film::remove_leftovers;
 use crate::resume;
+use crate::stats::peak_rss_bytes;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -32,6 +33,7 @@ struct Report {
     rays: u64,
     mpaths_per_s: f64,
     rejected_samples: u64,
+    peak_rss_bytes: Option<u64>,
     failures: Vec<Failure>,
     manifest: String,
     interrupted: bool,
@@ -103,6 +105,7 @@ pub(super) fn run(
         mut report, lost, ..
     } = record;
     report.seconds = begin.elapsed().as_secs_f64();
+    report.peak_rss_bytes = peak_rss_bytes();
     report.mpaths_per_s = report.paths as f64 / report.seconds.max(1e-9) / 1e6;
     report.remaining = report.jobs - report.done - report.skipped - report.failed;
     report.interrupted = report.remaining > 0 && stop.load(Ordering::Relaxed);
