@@ -1,7 +1,7 @@
 //! The image file: one OpenEXR that opens in any viewer *and* merges exactly (see `planes` for its channels).
 //!
 //! Scanlines, run lengths (RLE): exact sums are mostly words that are 0 and words that look like noise, so deflate
-//! makes a file that is an eighth smaller (with AOVs two fifths), fifteen times as long to pack and eight to unpack.
+//! makes a file that is an eighth smaller (with AOVs two fifths), takes fifteen times as long to pack and five to unpack.
 //! The data window is the film's region, the display window the full image. Rows are compressed on the rayon pool that
 //! the caller runs in, a few at a time: no second copy of the image is made.
 
