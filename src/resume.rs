@@ -82,7 +82,8 @@ pub enum Other {
     Replace,
 }
 
-/// What there is of the image that is `wanted`: in its checkpoint or its own file, whichever has more. A file that is damaged is left out, and `damaged` told why.
+/// What there is of the image that is `wanted`: in its checkpoint or its own file, whichever has more. A file that is
+/// damaged is left out, and `damaged` told why.
 ///
 /// # Errors
 /// [`Error::Format`] where a file holds another image and that is refused; [`Error::Read`] where the system refuses.

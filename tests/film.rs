@@ -6,6 +6,7 @@ mod small_disk;
 
 mod film {
     mod coverage;
+    mod damage;
     mod files;
     mod sums;
 }

@@ -50,14 +50,14 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome> {
     let png = !args.picture.no_png && settings.shard.is_none();
     let outputs = Outputs::new(args.output.as_deref(), png, &scene, settings.shard)?;
     check_checkpoint(args, &outputs, &scene)?;
-    if args.resume {
-        remove_leftovers(&outputs.exr);
-    }
     let mut before = match args.resume {
-        true => resume::find(&outputs.exr, &wanted, Other::Refuse, &|error| {
-            let then = "its samples are rendered anew";
-            super::say(format_args!("warning: {error}; {then}"));
-        })?,
+        true => {
+            remove_leftovers(&outputs.exr);
+            resume::find(&outputs.exr, &wanted, Other::Refuse, &|error| {
+                let then = "its samples are rendered anew";
+                super::say(format_args!("warning: {error}; {then}"));
+            })?
+        }
         false => None,
     };
     let whole = |before: &mut Before| before.metadata.blocks.contains(&settings.coverage());
