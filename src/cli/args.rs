@@ -60,6 +60,9 @@ pub(super) struct Arguments {
 pub(super) enum Command {
     /// Render a scene to an OpenEXR image and a PNG
     Render(RenderArgs),
+    /// Show a scene in the browser while it is rendered
+    #[cfg(feature = "view")]
+    View(super::view::ViewArgs),
     /// Render the jobs of a file: scenes, cameras, parameters
     Batch(batch::BatchArgs),
     /// Put parts of an image together, bit for bit the whole
@@ -172,12 +175,16 @@ impl ChangeArgs {
     /// # Errors
     /// As [`builtin::open_changed`].
     pub fn open(&self, scene: &str) -> crate::error::Result<Description> {
-        let changes = self
-            .set
-            .iter()
-            .map(|text| Change::parse(text).map(Arc::new));
-        let changes = changes.collect::<crate::error::Result<Vec<_>>>()?;
-        builtin::open_changed(scene, &changes, &mut Cache::default())
+        builtin::open_changed(scene, &self.parse()?, &mut Cache::default())
+    }
+
+    /// The changes.
+    ///
+    /// # Errors
+    /// As [`Change::parse`].
+    pub fn parse(&self) -> crate::error::Result<Vec<Arc<Change>>> {
+        let set = self.set.iter();
+        set.map(|text| Change::parse(text).map(Arc::new)).collect()
     }
 }
 
