@@ -77,3 +77,35 @@ fn color(color: Rgb) -> String {
 fn list(values: [f32; 3]) -> String {
     format!("[{}]", values.map(float).join(", "))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::toml::reader::{Source, Table};
+    use rand_pcg::Pcg32;
+    use rand_pcg::rand_core::Rng;
+
+    #[test]
+    fn a_float_is_read_as_the_bits_it_was_written_from() {
+        let mut random = Pcg32::new(1, 1);
+        let edges = [0.0, -0.0, 1.0, 0.1, 1e-7, 16_777_216.0, f32::MIN_POSITIVE];
+        let mut values = [&edges[..], &[f32::from_bits(1), f32::MAX, f32::MIN]].concat();
+        values.extend((0..100_000).map(|_| f32::from_bits(random.next_u32())));
+        values.retain(|value| value.is_finite());
+        let texts: Vec<String> = values.iter().map(|&value| float(value)).collect();
+        let text = format!("x = [{}]", texts.join(", "));
+        let source = Source {
+            file: "a.toml",
+            text: &text,
+        };
+        let document = source.document().unwrap();
+        let list = Table::root(&source, &document).get("x").unwrap();
+        let items = list.one_or_more().unwrap();
+        assert_eq!(items.len(), values.len());
+        for (item, value) in items.iter().zip(values) {
+            let read = item.number().unwrap();
+            assert_eq!(read.to_bits(), value.to_bits(), "{value:e}");
+        }
+        assert_eq!(texts[..5], ["0.0", "-0.0", "1.0", "0.1", "1e-7"]);
+    }
+}
