@@ -46,6 +46,7 @@ pub(super) fn nothing(name: &str) -> Description {
     Description {
         name: name.to_owned(),
         hash: String::new(),
+        written: None,
         cameras: Vec::new(),
         film: FilmDescription {
             width: 256,
