@@ -181,7 +181,7 @@ fn arguments(job: &Job, ready: &Ready) -> Result<Vec<String>> {
         }
         words.push(format!("--set={}={}", change.key, change.value));
     }
-        let camera = settings.camera.clone().unwrap_or_default();
+    let camera = settings.camera.clone().unwrap_or_default();
     // Whoever wrote the scene could have a command run otherwise.
     if camera.contains(char::is_control) {
         return Err(Error::Usage(format!(

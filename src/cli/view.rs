@@ -97,7 +97,12 @@ pub(super) fn run(args: &ViewArgs) -> Result<Outcome> {
             super::say(format_args!("warning: {error}"));
         }
         super::say("Ctrl-C ends it");
-        if let (true, Err(error)) = (args.open, args.open.then(|| open::that_detached(address)).unwrap_or(Ok(()))) {
+        if let (true, Err(error)) = (
+            args.open,
+            args.open
+                .then(|| open::that_detached(address))
+                .unwrap_or(Ok(())),
+        ) {
             super::say(format_args!("warning: no browser could be opened: {error}"));
         }
     };

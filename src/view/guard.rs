@@ -31,7 +31,9 @@ pub fn token() -> Result<String, getrandom::Error> {
 impl Guard {
     /// Why a request is refused.
     fn refuses(&self, headers: &HeaderMap, path: &str) -> Option<(StatusCode, &'static str)> {
-        let host = headers.get(header::HOST).and_then(|host| host.to_str().ok());
+        let host = headers
+            .get(header::HOST)
+            .and_then(|host| host.to_str().ok());
         // A name that somebody else's page had resolved to this machine (DNS rebinding) is none of these.
         let Some(host) = host.filter(|host| self.goes_by(name(host))) else {
             return Some((
@@ -50,7 +52,9 @@ impl Guard {
                 "pages of other servers have no business here",
             ));
         }
-        let token = path.strip_prefix('/').and_then(|path| path.split('/').next());
+        let token = path
+            .strip_prefix('/')
+            .and_then(|path| path.split('/').next());
         if !token.is_some_and(|token| same(token.as_bytes(), self.token.as_bytes())) {
             return Some((
                 StatusCode::FORBIDDEN,
@@ -135,10 +139,18 @@ mod tests {
     #[test]
     fn its_own_page_is_let_in() {
         let guard = guard(true);
-        for host in ["127.0.0.1:8000", "localhost:8000", "[::1]:8000", "render.example"] {
+        for host in [
+            "127.0.0.1:8000",
+            "localhost:8000",
+            "[::1]:8000",
+            "render.example",
+        ] {
             assert!(asks(&guard, host, None, "/secret/"), "{host}");
             let origin = format!("http://{host}");
-            assert!(asks(&guard, host, Some(&origin), "/secret/events"), "{host}");
+            assert!(
+                asks(&guard, host, Some(&origin), "/secret/events"),
+                "{host}"
+            );
         }
     }
 
@@ -146,13 +158,31 @@ mod tests {
     fn others_are_refused() {
         let guard = guard(true);
         let host = "127.0.0.1:8000";
-        for foreign in ["evil.example:8000", "10.0.0.1:8000", "127.0.0.1.evil.example", ""] {
+        for foreign in [
+            "evil.example:8000",
+            "10.0.0.1:8000",
+            "127.0.0.1.evil.example",
+            "",
+        ] {
             assert!(!asks(&guard, foreign, None, "/secret/"), "{foreign}");
         }
-        for origin in ["http://evil.example", "null", "http://127.0.0.1:9000", "file://127.0.0.1:8000"] {
+        for origin in [
+            "http://evil.example",
+            "null",
+            "http://127.0.0.1:9000",
+            "file://127.0.0.1:8000",
+        ] {
             assert!(!asks(&guard, host, Some(origin), "/secret/"), "{origin}");
         }
-        for path in ["/", "/secre/", "/secrets/", "//secret/", "/SECRET/", "secret", ""] {
+        for path in [
+            "/",
+            "/secre/",
+            "/secrets/",
+            "//secret/",
+            "/SECRET/",
+            "secret",
+            "",
+        ] {
             assert!(!asks(&guard, host, None, path), "{path}");
         }
         assert!(guard.refuses(&HeaderMap::new(), "/secret/").is_some());

@@ -6,6 +6,7 @@ use crate::lanes::Rgb;
 use crate::material::{Kind, Material};
 use crate::scene::description::{Description, NamedMaterial, SamplerKind, Strategy};
 use crate::scene::framing;
+use crate::scene::toml::material_key;
 use serde::Serialize;
 
 /// The first message to a page.
@@ -82,7 +83,10 @@ impl Hello {
         let entry = |named: &NamedMaterial| {
             let maps = [
                 ("color", named.maps.color.is_some()),
-                ("metallic_roughness", named.maps.metallic_roughness.is_some()),
+                (
+                    "metallic_roughness",
+                    named.maps.metallic_roughness.is_some(),
+                ),
                 ("normal", named.maps.normal.is_some()),
                 ("alpha", named.maps.alpha.is_some()),
             ];
@@ -92,6 +96,8 @@ impl Hello {
                 material: (&named.material).into(),
             }
         };
+        let materials = scene.materials.iter();
+        let changeable = materials.filter(|named| material_key(scene, &named.name).is_some());
         let cameras = scene.cameras.iter().map(|named| CameraEntry {
             name: named.name.clone(),
             lens: named.camera.into(),
@@ -102,7 +108,7 @@ impl Hello {
             scene: scene.name.clone(),
             threads,
             cameras: cameras.collect(),
-            materials: scene.materials.iter().map(entry).collect(),
+            materials: changeable.map(entry).collect(),
             material_types: Kind::ALL.into_iter().map(material_type).collect(),
             strategies: Strategy::NAMES.iter().map(|&(name, _)| name).collect(),
             samplers: SamplerKind::NAMES.iter().map(|&(name, _)| name).collect(),

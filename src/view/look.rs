@@ -5,12 +5,14 @@ use crate::film::{AovSet, BLOCK, MAX_SAMPLES};
 use crate::lanes::Rgb;
 use crate::material::Material;
 use crate::render::{Settings, find_camera};
-use crate::scene::description::{Camera, Description, NamedCamera};
-use crate::scene::toml::Change;
+use crate::scene::description::{Camera, Description};
+use crate::scene::toml::write::float;
+use crate::scene::toml::{Change, camera_key, material_key, materials_named};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use toml_edit::Key;
 
 /// What is looked at. All pages of a server see the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -221,7 +223,7 @@ impl View {
     /// [`Error::Usage`] for a camera or a material that the scene does not have.
     pub fn changes(&self, scene: &Description) -> Result<Vec<Arc<Change>>> {
         let named = find_camera(scene, Some(&self.camera))?;
-        let key = camera_key(scene, named);
+        let key = camera_key(scene, &named.name);
         let mut changes = Vec::new();
         let mut set = |key: String, value: String| {
             changes.push(Arc::new(Change {
@@ -237,14 +239,13 @@ impl View {
             }
         }
         for (name, wanted) in &self.materials {
-            let known = scene.materials.iter().find(|known| known.name == *name);
-            let Some(known) = known else {
+            let known = materials_named(scene, name).next();
+            let (Some(key), Some(known)) = (material_key(scene, name), known) else {
                 return Err(Error::Usage(format!(
-                    "the scene has no material {name:?}"
+                    "the scene has no material {name:?} that could be changed"
                 )));
             };
-            let key = format!("materials.{}", toml_key(name));
-            let before = MaterialValues::from(&known.material);
+            let before = MaterialValues::from(&scene.materials[known].material);
             if before.kind != wanted.kind {
                 set(key, wanted.to_toml());
                 continue;
@@ -313,8 +314,8 @@ impl From<Lens> for Camera {
 impl Parameter {
     fn to_toml(self) -> String {
         match self {
-            Self::Number(x) => number(x),
-            Self::Color(rgb) => format!("[{}]", rgb.map(number).join(", ")),
+            Self::Number(x) => float(x),
+            Self::Color(rgb) => format!("[{}]", rgb.map(float).join(", ")),
         }
     }
 }
@@ -333,52 +334,48 @@ impl From<f32> for Parameter {
 
 impl MaterialValues {
     fn to_toml(&self) -> String {
-        let parameters = self
-            .parameters
-            .iter()
-            .map(|(name, value)| format!(", {} = {}", toml_key(name), value.to_toml()));
-        format!(
-            "{{ type = {}{} }}",
-            toml_text(&self.kind),
-            parameters.collect::<String>()
-        )
+        let parameters = self.parameters.iter();
+        let parameters =
+            parameters.map(|(name, value)| format!(", {} = {}", Key::new(name), value.to_toml()));
+        let kind = toml_edit::Value::from(&self.kind);
+        format!("{{ type = {kind}{} }}", parameters.collect::<String>())
     }
 }
 
 /// The parameters of a material, by their names in scene files.
 pub(super) fn parameters(material: &Material) -> Vec<(&'static str, Parameter)> {
-        match *material {
-            Material::Lambert { albedo } => vec![("albedo", albedo.into())],
-            Material::Mirror { reflectance } => vec![("reflectance", reflectance.into())],
-            Material::Glass { ior } => vec![("ior", ior.into())],
-            Material::Phong {
-                diffuse,
-                specular,
-                exponent,
-            } => vec![
-                ("diffuse", diffuse.into()),
-                ("specular", specular.into()),
-                ("exponent", exponent.into()),
-            ],
-            Material::Conductor {
-                roughness,
-                reflectance,
-            } => vec![
-                ("roughness", roughness.into()),
-                ("reflectance", reflectance.into()),
-            ],
-            Material::Principled {
-                base_color,
-                metallic,
-                roughness,
-                ior,
-            } => vec![
-                ("base_color", base_color.into()),
-                ("metallic", metallic.into()),
-                ("roughness", roughness.into()),
-                ("ior", ior.into()),
-            ],
-        }
+    match *material {
+        Material::Lambert { albedo } => vec![("albedo", albedo.into())],
+        Material::Mirror { reflectance } => vec![("reflectance", reflectance.into())],
+        Material::Glass { ior } => vec![("ior", ior.into())],
+        Material::Phong {
+            diffuse,
+            specular,
+            exponent,
+        } => vec![
+            ("diffuse", diffuse.into()),
+            ("specular", specular.into()),
+            ("exponent", exponent.into()),
+        ],
+        Material::Conductor {
+            roughness,
+            reflectance,
+        } => vec![
+            ("roughness", roughness.into()),
+            ("reflectance", reflectance.into()),
+        ],
+        Material::Principled {
+            base_color,
+            metallic,
+            roughness,
+            ior,
+        } => vec![
+            ("base_color", base_color.into()),
+            ("metallic", metallic.into()),
+            ("roughness", roughness.into()),
+            ("ior", ior.into()),
+        ],
+    }
 }
 
 impl From<&Material> for MaterialValues {
@@ -386,7 +383,9 @@ impl From<&Material> for MaterialValues {
         let named = parameters(material).into_iter();
         Self {
             kind: material.kind().name().to_owned(),
-            parameters: named.map(|(name, value)| (name.to_owned(), value)).collect(),
+            parameters: named
+                .map(|(name, value)| (name.to_owned(), value))
+                .collect(),
         }
     }
 }
@@ -425,22 +424,5 @@ impl TryFrom<String> for Layer {
                 Self::Length(length.ok_or_else(|| format!("there is no layer {other:?}"))?)
             }
         })
-    }
-}
-
-// Stand-ins until the scene's own come.
-fn number(value: f32) -> String {
-    format!("{value:?}")
-}
-fn toml_key(name: &str) -> String {
-    toml_edit::Key::new(name).to_string()
-}
-fn toml_text(text: &str) -> String {
-    toml_edit::Value::from(text).to_string()
-}
-fn camera_key(scene: &Description, named: &NamedCamera) -> String {
-    match scene.cameras.len() {
-        1 => "camera".to_owned(),
-        _ => format!("cameras.{}", toml_key(&named.name)),
     }
 }

@@ -154,7 +154,12 @@ fn read(layer: Layer, film: &Film) -> Values {
         values: pixels.into_flattened(),
     };
     let each = |read: &dyn Fn(u32, u32) -> [f32; 3]| {
-        colors(film.region().coordinates().map(|(x, y)| read(x, y)).collect())
+        colors(
+            film.region()
+                .coordinates()
+                .map(|(x, y)| read(x, y))
+                .collect(),
+        )
     };
     match layer {
         Layer::Radiance => colors(film.means()),

@@ -214,7 +214,11 @@ impl Reader<'_> {
             Said::Pick { id, x, y } => self.pick = Some((id, studio.pick(x, y))),
             Said::Pause { paused } => studio.pause(paused),
             Said::Drawn { picture } => {
-                if self.drawing.take_if(|drawing| *drawing == picture).is_some() {
+                if self
+                    .drawing
+                    .take_if(|drawing| *drawing == picture)
+                    .is_some()
+                {
                     studio.await_picture();
                 }
             }
@@ -236,9 +240,7 @@ impl Reader<'_> {
 }
 
 /// The answer that is waited for; never, where none is.
-async fn answer<T>(
-    pending: &mut Pending<T>,
-) -> (u64, std::result::Result<Result<T>, RecvError>) {
+async fn answer<T>(pending: &mut Pending<T>) -> (u64, std::result::Result<Result<T>, RecvError>) {
     match pending {
         Some((id, receiver)) => {
             let (id, answer) = (*id, receiver.await);

@@ -16,6 +16,7 @@ use axum::body::Body;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{Path, Query, State};
 use axum::http::{StatusCode, header};
+use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
@@ -117,14 +118,12 @@ pub fn serve(
     let threads = source.settings.threads.unwrap_or_else(all_processors);
     let pool = workers(threads)?;
     let start = View::of(&scene, &source.settings)?;
-    let cannot = |what: &str| move |error: std::io::Error| Error::Usage(format!("{what}: {error}"));
+    let failed = |error: std::io::Error| Error::Usage(format!("cannot serve the page: {error}"));
     let address = SocketAddr::new(options.address, options.port);
     let listener = std::net::TcpListener::bind(address)
         .map_err(|error| Error::Usage(format!("cannot listen on {address}: {error}; choose another --port, or none for any that is free")))?;
-    listener
-        .set_nonblocking(true)
-        .map_err(cannot("cannot listen"))?;
-    let address = listener.local_addr().map_err(cannot("cannot listen"))?;
+    listener.set_nonblocking(true).map_err(failed)?;
+    let address = listener.local_addr().map_err(failed)?;
     let token = guard::token()
         .map_err(|error| Error::Usage(format!("the system has no random numbers: {error}")))?;
     let guard = Guard {
@@ -150,7 +149,7 @@ pub fn serve(
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
-        .map_err(cannot("cannot serve"))?;
+        .map_err(failed)?;
     let ended = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let rendering = scope.spawn(|| {
@@ -177,7 +176,7 @@ pub fn serve(
         });
         studio.quit();
         let rendered = rendering.join();
-        served.map_err(cannot("the server failed"))?;
+        served.map_err(failed)?;
         match rendered {
             Ok(rendered) => rendered,
             Err(panic) => std::panic::resume_unwind(panic),
@@ -204,18 +203,17 @@ fn shown(address: SocketAddr) -> SocketAddr {
 }
 
 fn router(server: Arc<Server>, guard: Guard) -> Router {
-    let page = Router::new()
-        .route("/", get(|| async { file("index.html") }))
-        .route("/{name}", get(|Path(name): Path<String>| async move { file(&name) }))
-        .route("/events", get(events))
-        .route("/image.exr", get(image_exr))
-        .route("/image.png", get(image_png))
-        .route("/command", get(command))
-        .with_state(server);
     // Of the token the guard has made sure.
+    let name = |Path((_, name)): Path<(String, String)>| async move { file(&name) };
     Router::new()
-        .nest("/{token}", page)
-        .layer(axum::middleware::from_fn_with_state(Arc::new(guard), guard::watch))
+        .route("/{token}/", get(|| async { file("index.html") }))
+        .route("/{token}/{name}", get(name))
+        .route("/{token}/events", get(events))
+        .route("/{token}/image.exr", get(image_exr))
+        .route("/{token}/image.png", get(image_png))
+        .route("/{token}/command", get(command))
+        .with_state(server)
+        .layer(from_fn_with_state(Arc::new(guard), guard::watch))
 }
 
 fn file(name: &str) -> Response {
@@ -358,7 +356,9 @@ impl AsyncRead for Kept {
 }
 
 /// What the studio says; it says nothing where nobody is looking any more.
-fn answer<T>(answer: std::result::Result<Result<T>, tokio::sync::oneshot::error::RecvError>) -> Result<T> {
+fn answer<T>(
+    answer: std::result::Result<Result<T>, tokio::sync::oneshot::error::RecvError>,
+) -> Result<T> {
     answer.unwrap_or_else(|_| {
         Err(Error::Usage(
             "no page is open, so nothing is rendered".to_owned(),

@@ -7,7 +7,8 @@ use crate::render::{Control, FirstHit, Frame, Rendered, Settings, render_frame};
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::description;
-use crate::stats::Stats;
+use crate::stats::{self, Stats};
+use crate::wavefront::Stage;
 use serde::Serialize;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -75,10 +76,8 @@ pub struct SideReport {
 #[derive(Clone, Debug, Serialize)]
 struct StageReport {
     name: &'static str,
-    /// All workers together.
-    seconds: f64,
-    items: u64,
-    lane_use: f64,
+    #[serde(flatten)]
+    report: stats::StageReport,
 }
 
 impl Side {
@@ -160,9 +159,8 @@ impl Side {
         match &self.coarse {
             None => {
                 let scales = (0..).map(|power| 1 << power);
-                let fast = |&scale: &u32| {
-                    scale >= COARSEST || seconds(scale) <= FIRST.as_secs_f64()
-                };
+                let fast =
+                    |&scale: &u32| scale >= COARSEST || seconds(scale) <= FIRST.as_secs_f64();
                 scales.into_iter().find(fast)
             }
             Some(coarse) => {
@@ -280,7 +278,8 @@ impl Side {
     pub fn report(&self) -> SideReport {
         let per_second = |count: u64| self.stats.millions_per_second(count) * 1e6;
         let (paths, rays) = (self.stats.paths(), self.stats.rays());
-        let stages = self.stats.stages().into_iter();
+        let mut stages = self.stats.stages();
+        let in_order = Stage::ALL.iter().map(|stage| stage.name());
         SideReport {
             samples: self.samples,
             seconds: self.seconds(),
@@ -289,12 +288,10 @@ impl Side {
             paths_per_s: per_second(paths),
             rays_per_s: per_second(rays),
             rejected: self.film.as_ref().map_or(0, |film| film.rejected()),
-            stages: stages
-                .map(|(name, stage)| StageReport {
-                    name,
-                    seconds: stage.seconds,
-                    items: stage.items,
-                    lane_use: stage.lane_use,
+            stages: in_order
+                .filter_map(|name| {
+                    let report = stages.remove(name)?;
+                    Some(StageReport { name, report })
                 })
                 .collect(),
             curve: self.curve.clone(),

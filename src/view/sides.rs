@@ -306,7 +306,9 @@ impl Sides {
 
     /// What the file of an image is called, without its ending: letters that any system takes.
     fn name(&self, settings: &Settings) -> String {
-        let stem = Path::new(&self.source.scene).file_stem().unwrap_or_default();
+        let stem = Path::new(&self.source.scene)
+            .file_stem()
+            .unwrap_or_default();
         let plain = |c: char| match c.is_ascii_alphanumeric() || "-_".contains(c) {
             true => c,
             false => '_',

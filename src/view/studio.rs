@@ -48,6 +48,7 @@ pub struct Current {
 
 /// What the sides have come to.
 #[derive(Clone, Debug, Serialize)]
+#[serde(tag = "type", rename = "stats")]
 pub struct Report {
     /// Of [`Current::generation`].
     pub generation: u64,
@@ -79,10 +80,11 @@ pub enum Format {
     Png(Tonemap),
 }
 
-/// A file that was written, in a folder of its own that goes when this is dropped.
+/// A file that was written, in a folder of its own.
 #[derive(Debug)]
 pub struct Saved {
-    /// The folder.
+    /// Goes when this is dropped.
+    #[expect(dead_code, reason = "it is dropped")]
     pub folder: tempfile::TempDir,
     /// The file in it.
     pub path: PathBuf,
@@ -446,9 +448,10 @@ impl Studio {
                 let _ = reply.send(sides.pick(x, y));
             }
             Wish::CommandLine(side, tonemap, reply) => {
-                let _ = reply.send(self.whole(side, sides).and_then(|()| {
-                    sides.command_line(side, tonemap)
-                }));
+                let _ = reply.send(
+                    self.whole(side, sides)
+                        .and_then(|()| sides.command_line(side, tonemap)),
+                );
             }
             Wish::Save(side, format, reply) => {
                 let _ = reply.send(
@@ -494,7 +497,9 @@ impl Balance {
     pub(super) fn turn(self, sides: &[Side]) -> Option<usize> {
         let open = || sides.iter().enumerate().filter(|(_, side)| !side.is_done());
         match self {
-            Self::Samples => open().min_by_key(|(_, side)| side.samples()).map(|(i, _)| i),
+            Self::Samples => open()
+                .min_by_key(|(_, side)| side.samples())
+                .map(|(i, _)| i),
             // Where one has all its samples, the other gets no more time.
             Self::Time if sides.iter().any(Side::is_done) => None,
             Self::Time => open()

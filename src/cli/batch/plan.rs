@@ -5,8 +5,8 @@ use super::super::{Outcome, print, print_json, say};
 use super::Batch;
 use crate::batch::cluster::Plan;
 use crate::batch::progress::Progress;
-use crate::render::shell_quoted;
 use crate::error::{Error, Result};
+use crate::render::shell_quoted;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -104,7 +104,10 @@ pub(super) fn status(folder: &Path, json: bool) -> Result<Outcome> {
     let progress = Progress::of(&plan);
     let script = |options: &str, name: &str| {
         let path = plan.folder.join(name);
-        format!("sbatch {options}{}", shell_quoted(&path.display().to_string()))
+        format!(
+            "sbatch {options}{}",
+            shell_quoted(&path.display().to_string())
+        )
     };
     let is_done = progress.lacking.is_empty() && progress.unmerged.is_empty();
     let command = match (progress.lacking.is_empty(), progress.unmerged.is_empty()) {
