@@ -34,6 +34,7 @@ Examples:
   ondine render room.toml --crop 100,80,228,176 -o part.exr
   ondine render room.toml --aov albedo,normal,depth --tonemap aces --exposure -0.5
   ondine render room.toml --set materials.ball.roughness=0.2 --set 'lights.0.radiance=[20, 18, 15]'
+  ondine render model.glb --set 'camera.position=[1, 2, 3]' --set materials.Wood.roughness=0.4
   ondine render room.toml --json | jq .mpaths_per_s
   ondine render room.toml --spp 4096 --resume            again after a kill: it goes on
   ondine render room.toml --shard 3/16 -o part-3.exr     one part; `ondine merge part-*.exr -o room.exr`
@@ -161,10 +162,11 @@ pub(super) struct RenderArgs {
     pub wave: u32,
 }
 
-/// Other values for what a scene file says.
+/// Other values for what a scene says.
 #[derive(Args, Debug)]
 pub(super) struct ChangeArgs {
-    /// Change a value of a .toml scene before it is read, as in materials.ball.roughness=0.2; may be given several times
+    /// Another value for what the scene says, as in materials.ball.roughness=0.2; of what is no .toml scene, cameras and
+    /// materials can be changed; may be given several times
     #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Image")]
     set: Vec<String>,
 }

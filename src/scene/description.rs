@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub struct Description {
     /// Where it came from: a path as the user named it, or the name of a built-in scene.
     pub name: String,
-    /// SHA-256, in hexadecimal, of the scene's text and of the files it names.
+    /// SHA-256, in hexadecimal, of the scene's text and of the files it names, and of what was changed in it.
     pub hash: String,
     /// What its own text says, where it is a .toml scene.
     pub written: Option<Written>,

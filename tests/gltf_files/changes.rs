@@ -281,3 +281,49 @@ fn what_cannot_be_changed_is_told_with_what_can() {
         "--set material.Bark.roughness=1: a.glb: \"material\" cannot be changed, for this is no .toml scene; its keys are camera, cameras.NAME and materials.NAME; did you mean \"materials\"?",
     );
 }
+
+#[test]
+fn material_changes_make_the_material_they_are_asked_for() {
+    let model = model();
+    let before = model.set(&[]);
+    let Material::Principled {
+        base_color,
+        metallic,
+        ior,
+        ..
+    } = before.materials[1].material
+    else {
+        panic!("{:?}", before.materials[1]);
+    };
+    let rough = Material::Principled {
+        base_color,
+        metallic,
+        roughness: 0.123,
+        ior,
+    };
+    let glass = Material::Glass { ior: 1.3 };
+    for (name, material, changes) in [
+        ("Bark", rough, vec!["materials.Bark.roughness=0.123"]),
+        ("Bark", before.materials[1].material, vec![]),
+        (
+            "Bark",
+            glass,
+            vec![r#"materials.Bark={ type = "glass", ior = 1.3 }"#],
+        ),
+        (
+            "Leaf",
+            glass,
+            vec![r#"materials.Leaf={ type = "glass", ior = 1.3 }"#],
+        ),
+    ] {
+        let found = write::material_changes(&before, name, &material);
+        assert_eq!(found.expect("a material"), changes);
+        let after = model.set(&changes);
+        for index in toml::materials_named(&before, name) {
+            assert_eq!(after.materials[index].material, material);
+            let kept = toml::maps_kept(&before, index, material.kind());
+            assert_eq!(after.materials[index].maps, kept);
+        }
+    }
+    assert_eq!(write::material_changes(&before, "Wood", &glass), None);
+}

@@ -244,3 +244,29 @@ fn keys_are_those_that_the_scene_has() {
     assert_eq!(changed.materials[0].material.albedo(), Rgb::BLACK);
     assert_ne!(changed.materials[1].material.albedo(), Rgb::BLACK);
 }
+
+#[test]
+fn a_texture_of_the_scene_stays_where_its_colour_is_changed() {
+    let (folder, path) = scene();
+    let image = image::RgbImage::from_pixel(1, 1, image::Rgb([9, 9, 9]));
+    image.save(folder.path().join("a.png")).unwrap();
+    let text = RIGHT.replace("[0.8, 0.8, 0.8]", "{ texture = \"a.png\" }");
+    std::fs::write(&path, text).unwrap();
+    let before = builtin::open(&path).unwrap();
+    let grey = Material::Lambert {
+        albedo: Rgb::new(0.5, 0.25, 0.1),
+    };
+    let mirror = Material::Mirror {
+        reflectance: Rgb::WHITE,
+    };
+    let scale = "materials.white.albedo.scale=[0.5, 0.25, 0.1]";
+    let table = r#"materials.white={ type = "mirror", reflectance = [1.0, 1.0, 1.0] }"#;
+    for (material, change) in [(grey, scale), (mirror, table)] {
+        let changes = write::material_changes(&before, "white", &material).unwrap();
+        assert_eq!(changes, [change]);
+        let after = open(&path, &[change]).unwrap();
+        assert_eq!(after.materials[0].material, material);
+        let kept = toml::maps_kept(&before, 0, material.kind());
+        assert_eq!(after.materials[0].maps, kept);
+    }
+}

@@ -1,4 +1,4 @@
-//! Changes of a scene's text before it is read: other values for some of its keys.
+//! Changes of a text of TOML before it is read: other values for some of its keys.
 
 use super::names::{did_you_mean, list, quoted};
 use crate::error::{Error, Result};
@@ -9,7 +9,7 @@ use toml_edit::{DocumentMut, Item, Key, TableLike, Value};
 /// The tables whose keys are names that the author chose: what is not there cannot be changed.
 const NAMED: [&str; 2] = ["materials", "cameras"];
 
-/// Another value for a key of a scene file.
+/// Another value for a key of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
     /// The key, a dotted path: `materials.ball.roughness`, `lights.0.radiance`.

@@ -2,13 +2,14 @@
 
 use super::change::{self, Change, Edit};
 use super::files::Files;
-use super::keys::{camera_key, dotted, is_lone, materials_named};
+use super::keys::{camera_key, dotted, is_lone, maps_kept, materials_named};
 use super::names::{did_you_mean, list, quoted};
 use super::reader::{Source, Table};
 use super::{cameras, materials, write};
 use crate::error::{Error, Result};
+use crate::material::Kind;
 use crate::scene::cache::Cache;
-use crate::scene::description::{Description, Maps, NamedCamera, NamedMaterial};
+use crate::scene::description::{Description, NamedCamera, NamedMaterial};
 use crate::scene::{builtin, hash};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -167,15 +168,11 @@ fn read(files: &mut Files, target: Target, source: &Source) -> Result<()> {
         Target::Material(index) => {
             let all = root.require("the scene", "materials", "[materials.NAME]")?;
             for value in all.table("[materials.NAME]")?.values() {
-                let before = &files.scene.materials[index];
-                let kind = value.entry("type").and_then(|kind| kind.text().ok());
-                let maps = match kind == Some(before.material.kind().name()) {
-                    true => before.maps,
-                    false => Maps {
-                        alpha: before.maps.alpha,
-                        ..Maps::default()
-                    },
-                };
+                let said = value.entry("type").and_then(|kind| kind.text().ok());
+                let kind = Kind::ALL.into_iter().find(|kind| Some(kind.name()) == said);
+                // The reader refuses what is no type.
+                let maps = kind.map(|kind| maps_kept(files.scene, index, kind));
+                let maps = maps.unwrap_or_default();
                 files.scene.materials[index] = materials::named(value, files, maps)?;
             }
         }

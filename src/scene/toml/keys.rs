@@ -1,6 +1,7 @@
-//! The keys by which a scene's cameras and materials are changed.
+//! The keys by which a scene's cameras and materials are changed, and what materials keep then.
 
-use crate::scene::description::Description;
+use crate::material::Kind;
+use crate::scene::description::{Description, Maps};
 use toml_edit::Key;
 
 /// The key of the camera of that name, as [`Change`](super::Change) and `--set` take it: `camera` where a .toml scene has
@@ -31,6 +32,22 @@ pub fn materials_named<'a>(
     materials
         .filter(move |(_, material)| material.name == name)
         .map(|(index, _)| index)
+}
+
+/// The textures that a material, by index, has left when it is changed to this kind: all, where it is of that kind already.
+/// Else a .toml scene says what it has anew, which is none, and in any other scene the cut-out stays.
+pub fn maps_kept(description: &Description, index: usize, kind: Kind) -> Maps {
+    let Some(before) = description.materials.get(index) else {
+        return Maps::default();
+    };
+    match description.written {
+        _ if before.material.kind() == kind => before.maps,
+        Some(_) => Maps::default(),
+        None => Maps {
+            alpha: before.maps.alpha,
+            ..Maps::default()
+        },
+    }
 }
 
 /// Whether its camera needs no name.

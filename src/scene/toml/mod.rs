@@ -26,7 +26,7 @@ use crate::film::MAX_SAMPLES;
 pub use change::Change;
 use files::Files;
 use glam::Vec3;
-pub use keys::{camera_key, material_key, materials_named};
+pub use keys::{camera_key, maps_kept, material_key, materials_named};
 use reader::{Source, Table, Value};
 use sha2::{Digest, Sha256};
 use std::io::Read;

@@ -1,8 +1,9 @@
 //! Parts of a scene as TOML, such that reading them gives the same bits.
 
+use super::keys::{material_key, materials_named};
 use crate::lanes::Rgb;
 use crate::material::Material;
-use crate::scene::description::Camera;
+use crate::scene::description::{Camera, Description};
 use glam::Vec3;
 
 /// A finite number in the fewest digits that are read as the same 32 bits, with a decimal point or an exponent:
@@ -28,42 +29,83 @@ pub fn camera(camera: &Camera) -> String {
 /// A material without its textures as the table of one, in one line: `{ type = "lambert", albedo = [0.8, 0.8, 0.8] }`; all of
 /// its keys are there.
 pub fn material(material: &Material) -> String {
-    let parameters = match *material {
-        Material::Lambert { albedo } => format!("albedo = {}", color(albedo)),
-        Material::Mirror { reflectance } => format!("reflectance = {}", color(reflectance)),
-        Material::Glass { ior } => format!("ior = {}", float(ior)),
+    let parameters = parameters(material);
+    let parameters = parameters
+        .iter()
+        .map(|(key, value)| format!("{key} = {value}"));
+    let parameters: Vec<String> = parameters.collect();
+    let kind = material.kind().name();
+    format!("{{ type = \"{kind}\", {} }}", parameters.join(", "))
+}
+
+/// The changes, each as `KEY=VALUE`, that turn the materials of a name into this one; their textures are those of
+/// [`maps_kept`](super::maps_kept). None are needed where it is this one already; `None` where no such material can be changed.
+pub fn material_changes(
+    description: &Description,
+    name: &str,
+    material: &Material,
+) -> Option<Vec<String>> {
+    let key = material_key(description, name)?;
+    let named: Vec<_> = materials_named(description, name)
+        .filter_map(|index| description.materials.get(index))
+        .collect();
+    let before = match named[..] {
+        [only] if only.material.kind() == material.kind() => only,
+        _ => return Some(vec![format!("{key}={}", self::material(material))]),
+    };
+    // A .toml scene says a texture in the place of the colour.
+    let has_scale = description.written.is_some() && before.maps.color.is_some();
+    let changed = parameters(material)
+        .into_iter()
+        .zip(parameters(&before.material))
+        .filter(|(new, old)| new != old);
+    let changes =
+        changed.map(
+            |((parameter, value), _)| match has_scale && COLORS.contains(&parameter) {
+                true => format!("{key}.{parameter}.scale={value}"),
+                false => format!("{key}.{parameter}={value}"),
+            },
+        );
+    Some(changes.collect())
+}
+
+/// What a type's colour is called, which a texture multiplies.
+const COLORS: [&str; 4] = ["albedo", "reflectance", "diffuse", "base_color"];
+
+/// What a material says besides its type: keys and values.
+fn parameters(material: &Material) -> Vec<(&'static str, String)> {
+    match *material {
+        Material::Lambert { albedo } => vec![("albedo", color(albedo))],
+        Material::Mirror { reflectance } => vec![("reflectance", color(reflectance))],
+        Material::Glass { ior } => vec![("ior", float(ior))],
         Material::Phong {
             diffuse,
             specular,
             exponent,
-        } => format!(
-            "diffuse = {}, specular = {}, exponent = {}",
-            color(diffuse),
-            color(specular),
-            float(exponent)
-        ),
+        } => vec![
+            ("diffuse", color(diffuse)),
+            ("specular", color(specular)),
+            ("exponent", float(exponent)),
+        ],
         Material::Conductor {
             roughness,
             reflectance,
-        } => format!(
-            "roughness = {}, reflectance = {}",
-            float(roughness),
-            color(reflectance)
-        ),
+        } => vec![
+            ("roughness", float(roughness)),
+            ("reflectance", color(reflectance)),
+        ],
         Material::Principled {
             base_color,
             metallic,
             roughness,
             ior,
-        } => format!(
-            "base_color = {}, metallic = {}, roughness = {}, ior = {}",
-            color(base_color),
-            float(metallic),
-            float(roughness),
-            float(ior)
-        ),
-    };
-    format!("{{ type = \"{}\", {parameters} }}", material.kind().name())
+        } => vec![
+            ("base_color", color(base_color)),
+            ("metallic", float(metallic)),
+            ("roughness", float(roughness)),
+            ("ior", float(ior)),
+        ],
+    }
 }
 
 fn point(point: Vec3) -> String {
