@@ -132,7 +132,8 @@ export class ColorRow {
     this.element = create("div", { class: "row color" }, create("label", { for: id }, label), this.picker, ...this.channels);
     this.picker.addEventListener("input", () => {
       const code = Number.parseInt(this.picker.value.slice(1), 16);
-      const channel = (/** @type {number} */ shift) => Number(decode(((code >> shift) & 255) / 255).toPrecision(4));
+      // As many digits as it takes to give the code back.
+      const channel = (/** @type {number} */ shift) => Number(decode(((code >> shift) & 255) / 255).toPrecision(3));
       this.#value = [channel(16), channel(8), channel(0)];
       this.#showChannels(true);
       changed(this.#value);

@@ -153,7 +153,7 @@ function showView(view, forced) {
   settings.show(view, forced);
   materials.show(view, forced);
   view.sides.forEach((side, i) => {
-    byId(i === 0 ? "legend-a" : "legend-b", HTMLElement).textContent = split ? "AB"[i] : sideName(side);
+    byId(i === 0 ? "legend-a" : "legend-b", HTMLElement).textContent = `${split ? `${"AB"[i]} ` : ""}${sideName(side)}`;
   });
 }
 
@@ -177,8 +177,9 @@ function setState(state, text = STATES[state] ?? state) {
 /** @param {number[]} samples */
 function showProgress(samples) {
   const limit = wanted.view?.limit;
-  byId("progress", HTMLElement).textContent =
-    limit === undefined ? "" : `${samples.join(" | ")} of ${limit} samples per pixel`;
+  const [a, b] = samples;
+  const done = b === undefined || a === b ? String(a) : `A ${a}, B ${b}`;
+  byId("progress", HTMLElement).textContent = limit === undefined ? "" : `${done} of ${limit} samples per pixel`;
 }
 
 function togglePause() {

@@ -158,7 +158,7 @@ function axis(values, otherwise) {
       if (log < low || log > high) continue;
       const major = digit === 1;
       let label = major && exponent % every === 0 ? decade(exponent) : "";
-      if (!major && high - low < 1.6 && (digit === 2 || digit === 5)) label = inDecade(digit, exponent);
+      if (!major && high - low < 2.2 && (digit === 2 || digit === 5)) label = inDecade(digit, exponent);
       ticks.push({ value: digit * 10 ** exponent, label, major });
     }
   }
