@@ -184,4 +184,6 @@ pub mod sh;
 pub mod shape;
 pub mod stats;
 pub mod texture;
+#[cfg(feature = "view")]
+pub mod view;
 pub mod wavefront;

@@ -14,24 +14,33 @@ type ImageAndBytes = (Arc<Image>, Arc<[u8]>);
 /// What was read of files, by path. A file that changes on the disk is not read again.
 #[derive(Debug, Default)]
 pub struct Cache {
-    meshes: HashMap<PathBuf, Arc<Description>>,
+    scenes: HashMap<PathBuf, Arc<Description>>,
     images: HashMap<(PathBuf, ColorSpace), ImageAndBytes>,
 }
 
 impl Cache {
     /// A file of meshes, as the scene it is.
     pub(super) fn mesh(&mut self, path: &Path) -> Result<Arc<Description>> {
-        if let Some(scene) = self.meshes.get(path) {
-            return Ok(scene.clone());
-        }
-        let scene = builtin::open_mesh(path).unwrap_or_else(|| {
-            Err(Error::format(
+        let Some(load) = builtin::mesh_loader(path) else {
+            return Err(Error::format(
                 path,
                 "is not a mesh that is read; name a .ply, .obj, .gltf or .glb file",
-            ))
-        })?;
-        let scene = Arc::new(scene);
-        self.meshes.insert(path.to_owned(), scene.clone());
+            ));
+        };
+        self.scene(path, load)
+    }
+
+    /// A scene that is no TOML, as it stands in its file.
+    pub(super) fn scene(
+        &mut self,
+        path: &Path,
+        read: impl FnOnce(&Path) -> Result<Description>,
+    ) -> Result<Arc<Description>> {
+        if let Some(scene) = self.scenes.get(path) {
+            return Ok(scene.clone());
+        }
+        let scene = Arc::new(read(path)?);
+        self.scenes.insert(path.to_owned(), scene.clone());
         Ok(scene)
     }
 

@@ -1,0 +1,81 @@
+//! When a picture is painted: at once after a change, then less and less often, and only if somebody waits for it.
+
+use super::picture::{Picture, paint};
+use super::studio::{Exhibit, Studio};
+use std::time::{Duration, Instant};
+use tokio::sync::watch;
+
+/// Least time between two pictures.
+const QUICKEST: Duration = Duration::from_millis(66);
+/// And the most: by then pictures differ little.
+const SLOWEST: Duration = Duration::from_secs(1);
+/// A picture follows another when the image is older by a tenth.
+const GROWTH: u32 = 10;
+
+/// Paints until the studio is closed.
+pub fn work(studio: &Studio, pictures: &watch::Sender<Option<Picture>>) {
+    let mut last = Last {
+        serial: 0,
+        generation: 0,
+        at: Instant::now(),
+        took: Duration::ZERO,
+        painted: false,
+    };
+    for number in 1.. {
+        let exhibit = studio.wait_for_exhibit(|exhibit| last.due(exhibit));
+        if exhibit.over {
+            return;
+        }
+        let begin = Instant::now();
+        let Exhibit {
+            generation, layer, ..
+        } = exhibit;
+        let nothing = exhibit.sides.iter().all(|side| side.is_empty());
+        let picture = (!nothing).then(|| paint(number, generation, layer, &exhibit.sides));
+        let painted = picture.is_some();
+        pictures.send_replace(picture);
+        last = Last {
+            serial: exhibit.serial,
+            generation: if painted { generation } else { 0 },
+            at: begin,
+            took: begin.elapsed(),
+            painted,
+        };
+    }
+}
+
+/// The last picture.
+struct Last {
+    serial: u64,
+    /// 0 before the first.
+    generation: u64,
+    at: Instant,
+    took: Duration,
+    painted: bool,
+}
+
+impl Last {
+    /// How long until the next is due, if nothing changes.
+    fn due(&self, exhibit: &Exhibit) -> Option<Duration> {
+        if exhibit.over {
+            return Some(Duration::ZERO);
+        }
+        let nothing = exhibit.sides.iter().all(|side| side.is_empty());
+        if nothing {
+            // What was freed is not shown any more.
+            let freed = exhibit.sides.is_empty() && self.painted;
+            return freed.then_some(Duration::ZERO);
+        }
+        let changed = exhibit.serial != self.serial || exhibit.busy;
+        if !exhibit.awaited || !changed {
+            return None;
+        }
+        if exhibit.generation != self.generation {
+            return Some(Duration::ZERO);
+        }
+        let age = exhibit.since.elapsed() / GROWTH;
+        // Painting must not take what rendering needs.
+        let rest = age.clamp(QUICKEST, SLOWEST).max(self.took * GROWTH);
+        Some(rest.saturating_sub(self.at.elapsed()))
+    }
+}

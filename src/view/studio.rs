@@ -1,0 +1,510 @@
+//! Where the view is rendered: one thread that gives rounds of waves to the workers, and starts anew when the view changes.
+//!
+//! A round is some whole passes (16 samples of each pixel) over one side, about [`ROUND`] long. Between rounds an image can be
+//! saved that any `ondine render` would have made, and the noise be measured. A change stops the round under way after the
+//! waves in hand, some milliseconds each.
+
+use super::look::{Balance, Layer, View};
+use super::picture::Shown;
+use super::side::{Side, SideReport};
+use super::sides::Sides;
+use crate::error::{Error, Result};
+use crate::film::tonemap::Tonemap;
+use serde::Serialize;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use tokio::sync::{oneshot, watch};
+
+/// Least time between two reports of what the render has come to.
+const REPORTS: Duration = Duration::from_millis(250);
+
+/// An answer that is waited for elsewhere.
+pub type Reply<T> = oneshot::Sender<Result<T>>;
+
+/// What the studio is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Doing {
+    /// Samples are being traced, or would be if anybody looked.
+    Rendering,
+    /// Somebody said so.
+    Paused,
+    /// The limit is reached.
+    Done,
+}
+
+/// The view that is rendered now.
+#[derive(Clone, Debug)]
+pub struct Current {
+    /// Grows when the view changes.
+    pub version: u64,
+    /// Grows when the image begins anew.
+    pub generation: u64,
+    /// What is looked at.
+    pub view: View,
+}
+
+/// What the sides have come to.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "type", rename = "stats")]
+pub struct Report {
+    /// Of [`Current::generation`].
+    pub generation: u64,
+    /// What is being done.
+    pub state: Doing,
+    /// In the order of the view.
+    pub sides: Vec<SideReport>,
+}
+
+/// What is at a pixel.
+#[derive(Clone, Debug, Serialize)]
+pub struct Picked {
+    /// World space.
+    pub position: [f32; 3],
+    /// Along the camera's axis: what a focus distance means.
+    pub depth: f32,
+    /// From the camera.
+    pub distance: f32,
+    /// Name of the material; none of what only emits.
+    pub material: Option<String>,
+}
+
+/// A file that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Format {
+    /// The exact film.
+    Exr,
+    /// A picture of it.
+    Png(Tonemap),
+}
+
+/// A file that was written, in a folder of its own.
+#[derive(Debug)]
+pub struct Saved {
+    /// Goes when this is dropped.
+    #[expect(dead_code, reason = "it is dropped")]
+    pub folder: tempfile::TempDir,
+    /// The file in it.
+    pub path: PathBuf,
+    /// What a user would call it.
+    pub name: String,
+    /// What renders the same.
+    pub command_line: String,
+}
+
+impl Exhibit {
+    /// That of images that begin now.
+    fn begin(&self, generation: u64, sides: Vec<Shown>) -> Self {
+        Self {
+            generation,
+            since: Instant::now(),
+            sides,
+            ..self.clone()
+        }
+    }
+}
+
+/// What the studio is asked for between rounds.
+enum Wish {
+    Save(usize, Format, Reply<Saved>),
+    CommandLine(usize, Option<Tonemap>, Reply<String>),
+    Pick(u32, u32, Reply<Option<Picked>>),
+}
+
+impl Wish {
+    /// Whether nobody waits for the answer any more.
+    fn is_in_vain(&self) -> bool {
+        match self {
+            Wish::Save(_, _, reply) => reply.is_closed(),
+            Wish::CommandLine(_, _, reply) => reply.is_closed(),
+            Wish::Pick(_, _, reply) => reply.is_closed(),
+        }
+    }
+}
+
+#[derive(Default)]
+struct Desk {
+    /// The newest; what came before it is never rendered.
+    view: Option<(View, Reply<Current>)>,
+    wishes: Vec<Wish>,
+    readers: usize,
+    paused: bool,
+    quit: bool,
+}
+
+/// What there is to be seen, for the [painter](super::painter).
+#[derive(Clone)]
+pub struct Exhibit {
+    /// Grows at each change.
+    pub serial: u64,
+    /// Whether it changes of itself: a round is under way.
+    pub busy: bool,
+    /// That of the images.
+    pub generation: u64,
+    /// When they were begun.
+    pub since: Instant,
+    /// What is shown of them.
+    pub layer: Layer,
+    /// The images, in the order of the view.
+    pub sides: Vec<Shown>,
+    /// Whether anybody waits for a picture.
+    pub awaited: bool,
+    /// No picture will be wanted any more.
+    pub over: bool,
+}
+
+/// The studio as others see it.
+pub struct Studio {
+    desk: Mutex<Desk>,
+    news: Condvar,
+    /// Stops the round under way.
+    stop: AtomicBool,
+    exhibit: Mutex<Exhibit>,
+    /// The exhibit is another, or somebody waits for a picture.
+    changed: Condvar,
+    current: watch::Sender<Current>,
+    report: watch::Sender<Arc<Report>>,
+}
+
+impl Studio {
+    /// For a view that nobody has looked at yet.
+    pub fn new(view: View) -> Self {
+        let exhibit = Exhibit {
+            serial: 0,
+            busy: false,
+            generation: 0,
+            since: Instant::now(),
+            layer: view.layer,
+            sides: Vec::new(),
+            awaited: false,
+            over: false,
+        };
+        let current = Current {
+            version: 0,
+            generation: 0,
+            view,
+        };
+        let report = Report {
+            generation: 0,
+            state: Doing::Rendering,
+            sides: Vec::new(),
+        };
+        Self {
+            desk: Mutex::default(),
+            news: Condvar::new(),
+            stop: AtomicBool::new(false),
+            exhibit: Mutex::new(exhibit),
+            changed: Condvar::new(),
+            current: watch::Sender::new(current),
+            report: watch::Sender::new(Arc::new(report)),
+        }
+    }
+
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Changes what the studio is to do; where that is urgent, the round under way ends.
+    fn tell(&self, urgent: bool, change: impl FnOnce(&mut Desk)) {
+        let mut desk = self.desk();
+        change(&mut desk);
+        if urgent {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+        self.news.notify_all();
+    }
+
+    /// The view as it is, and as it will be.
+    pub fn views(&self) -> watch::Receiver<Current> {
+        self.current.subscribe()
+    }
+
+    /// What the render comes to.
+    pub fn reports(&self) -> watch::Receiver<Arc<Report>> {
+        self.report.subscribe()
+    }
+
+    fn exhibit(&self) -> MutexGuard<'_, Exhibit> {
+        self.exhibit.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn show(&self, change: impl FnOnce(&mut Exhibit)) {
+        let mut exhibit = self.exhibit();
+        change(&mut exhibit);
+        exhibit.serial += 1;
+        self.changed.notify_all();
+    }
+
+    /// Waits until the exhibit is `due`, which says how long it will take otherwise, as far as is known; gives a copy of it, and
+    /// nobody waits for a picture any more.
+    pub fn wait_for_exhibit(&self, due: impl Fn(&Exhibit) -> Option<Duration>) -> Exhibit {
+        let mut exhibit = self.exhibit();
+        loop {
+            let wait = match due(&exhibit) {
+                Some(Duration::ZERO) => break,
+                Some(wait) => wait,
+                None => Duration::MAX,
+            };
+            // So long that it is as good as for ever, and no overflow.
+            let wait = wait.min(Duration::from_secs(3600));
+            let woken = self.changed.wait_timeout(exhibit, wait);
+            exhibit = woken.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        let copy = exhibit.clone();
+        exhibit.awaited = false;
+        copy
+    }
+
+    /// Somebody has drawn the last picture, and waits for the next.
+    pub fn await_picture(&self) {
+        self.exhibit().awaited = true;
+        self.changed.notify_all();
+    }
+
+    /// Looks at something else. A view that is followed by another before it was begun gets no answer.
+    pub fn look(&self, view: View) -> oneshot::Receiver<Result<Current>> {
+        let (reply, answer) = oneshot::channel();
+        self.tell(true, |desk| desk.view = Some((view, reply)));
+        answer
+    }
+
+    fn wish(&self, urgent: bool, wish: Wish) {
+        self.tell(urgent, |desk| {
+            // Those who asked before may be gone: so many wait as there are askers.
+            desk.wishes.retain(|wish| !wish.is_in_vain());
+            desk.wishes.push(wish);
+        });
+    }
+
+    /// What is at a pixel of the view.
+    pub fn pick(&self, x: u32, y: u32) -> oneshot::Receiver<Result<Option<Picked>>> {
+        let (reply, answer) = oneshot::channel();
+        self.wish(true, Wish::Pick(x, y, reply));
+        answer
+    }
+
+    /// Writes a file of a side once its passes are whole.
+    pub fn save(&self, side: usize, format: Format) -> oneshot::Receiver<Result<Saved>> {
+        let (reply, answer) = oneshot::channel();
+        self.wish(false, Wish::Save(side, format, reply));
+        answer
+    }
+
+    /// The command line that renders what there is of a side once its passes are whole.
+    pub fn command_line(
+        &self,
+        side: usize,
+        tonemap: Option<Tonemap>,
+    ) -> oneshot::Receiver<Result<String>> {
+        let (reply, answer) = oneshot::channel();
+        self.wish(false, Wish::CommandLine(side, tonemap, reply));
+        answer
+    }
+
+    /// Stops tracing, or goes on.
+    pub fn pause(&self, paused: bool) {
+        self.tell(paused, |desk| desk.paused = paused);
+    }
+
+    /// Somebody looks. Without anybody nothing is rendered, and the films are freed.
+    pub fn enter(self: &Arc<Self>) -> Reader {
+        self.tell(false, |desk| desk.readers += 1);
+        Reader(self.clone())
+    }
+
+    /// Ends [`Studio::work`].
+    pub fn quit(&self) {
+        self.tell(true, |desk| desk.quit = true);
+        self.show(|exhibit| exhibit.over = true);
+    }
+
+    /// Renders until it is told to quit.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where an image cannot be rendered that was found to be right.
+    pub fn work(&self, mut sides: Sides) -> Result<()> {
+        let (mut version, mut generation) = (0, 0);
+        let mut view = self.current.borrow().view.clone();
+        let mut reported = Instant::now();
+        loop {
+            let mut desk = self.desk();
+            self.stop.store(false, Ordering::Relaxed);
+            if desk.quit {
+                return Ok(());
+            }
+            if let Some((wanted, reply)) = desk.view.take() {
+                drop(desk);
+                let keeps = view.keeps_samples(&wanted) && sides.is_open();
+                let answer = match keeps {
+                    true => sides.adjust(&wanted),
+                    false => sides.set(&wanted),
+                };
+                let answer = answer.map(|()| {
+                    version += 1;
+                    generation += u64::from(!keeps);
+                    view = wanted;
+                    let current = Current {
+                        version,
+                        generation,
+                        view: view.clone(),
+                    };
+                    self.show(|exhibit| {
+                        exhibit.layer = view.layer;
+                        if !keeps {
+                            *exhibit = exhibit.begin(generation, sides.shown());
+                        }
+                    });
+                    self.current.send_replace(current.clone());
+                    current
+                });
+                // Who asked may be gone.
+                let _ = reply.send(answer);
+                reported = self.report(generation, Doing::Rendering, &sides);
+                continue;
+            }
+            if desk.readers == 0 {
+                // Nobody looks: no image needs to be kept.
+                desk.wishes.clear();
+                if sides.is_open() {
+                    sides.close();
+                    self.show(|exhibit| exhibit.sides.clear());
+                }
+                drop(self.news.wait(desk));
+                continue;
+            }
+            if !sides.is_open() {
+                drop(desk);
+                generation += 1;
+                if sides.set(&view).is_ok() {
+                    version += 1;
+                    self.show(|exhibit| *exhibit = exhibit.begin(generation, sides.shown()));
+                    let view = view.clone();
+                    self.current.send_replace(Current {
+                        version,
+                        generation,
+                        view,
+                    });
+                    continue;
+                }
+                desk = self.desk();
+            }
+            let paused = desk.paused;
+            let wishes = std::mem::take(&mut desk.wishes);
+            drop(desk);
+            for wish in wishes {
+                self.fulfil(wish, &mut sides);
+            }
+            let next = sides.next(view.balance);
+            let doing = match (paused, &next) {
+                (_, None) => Doing::Done,
+                (true, _) => Doing::Paused,
+                _ => Doing::Rendering,
+            };
+            if doing != Doing::Rendering || reported.elapsed() >= REPORTS {
+                reported = self.report(generation, doing, &sides);
+            }
+            match next.filter(|_| doing == Doing::Rendering) {
+                Some(next) => {
+                    let begun = |shown| {
+                        self.show(|exhibit| (exhibit.busy, exhibit.sides) = (true, shown));
+                    };
+                    sides.render(next, &self.stop, &begun)?;
+                    let shown = sides.shown();
+                    self.show(|exhibit| (exhibit.busy, exhibit.sides) = (false, shown));
+                }
+                None => self.wait_for_news(paused),
+            }
+        }
+    }
+
+    /// Waits while there is nothing to be done.
+    fn wait_for_news(&self, paused: bool) {
+        let mut desk = self.desk();
+        while desk.view.is_none()
+            && desk.wishes.is_empty()
+            && desk.readers > 0
+            && desk.paused == paused
+            && !desk.quit
+        {
+            desk = self.news.wait(desk).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    fn report(&self, generation: u64, state: Doing, sides: &Sides) -> Instant {
+        self.report.send_replace(Arc::new(Report {
+            generation,
+            state,
+            sides: sides.sides().iter().map(Side::report).collect(),
+        }));
+        Instant::now()
+    }
+
+    /// Does what was asked for. Whoever asked may be gone.
+    fn fulfil(&self, wish: Wish, sides: &mut Sides) {
+        match wish {
+            Wish::Pick(x, y, reply) => {
+                let _ = reply.send(sides.pick(x, y));
+            }
+            Wish::CommandLine(side, tonemap, reply) => {
+                let _ = reply.send(
+                    self.whole(side, sides)
+                        .and_then(|()| sides.command_line(side, tonemap)),
+                );
+            }
+            Wish::Save(side, format, reply) => {
+                let _ = reply.send(
+                    self.whole(side, sides)
+                        .and_then(|()| sides.save(side, format)),
+                );
+            }
+        }
+    }
+
+    /// Ends the pass of a side that is under way.
+    fn whole(&self, side: usize, sides: &mut Sides) -> Result<()> {
+        loop {
+            let desk = self.desk();
+            if desk.view.is_some() || desk.quit || desk.readers == 0 {
+                return Err(Error::Usage(
+                    "the view changed before the image was whole; ask again".to_owned(),
+                ));
+            }
+            // Whatever else stops a round can wait.
+            self.stop.store(false, Ordering::Relaxed);
+            drop(desk);
+            if sides.make_whole(side, &self.stop)? {
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// Somebody who looks, until dropped.
+pub struct Reader(Arc<Studio>);
+
+impl Drop for Reader {
+    fn drop(&mut self) {
+        let last = self.0.desk().readers == 1;
+        self.0.tell(last, |desk| desk.readers -= 1);
+    }
+}
+
+/// That two sides have the same of it.
+impl Balance {
+    /// The side whose turn it is: the one that has had less.
+    pub(super) fn turn(self, sides: &[Side]) -> Option<usize> {
+        let open = || sides.iter().enumerate().filter(|(_, side)| !side.is_done());
+        match self {
+            Self::Samples => open()
+                .min_by_key(|(_, side)| side.samples())
+                .map(|(i, _)| i),
+            // Where one has all its samples, the other gets no more time.
+            Self::Time if sides.iter().any(Side::is_done) => None,
+            Self::Time => open()
+                .min_by(|(_, a), (_, b)| a.seconds().total_cmp(&b.seconds()))
+                .map(|(i, _)| i),
+        }
+    }
+}
