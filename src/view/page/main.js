@@ -134,8 +134,11 @@ function greet(message) {
   scene = message;
   wanted.connected();
   byId("retry", HTMLButtonElement).hidden = true;
-  byId("scene", HTMLElement).textContent = message.scene;
-  document.title = `${message.scene} – Ondine`;
+  // Of a path the file's name; the rest is there for who asks.
+  const name = message.scene.split(/[\\/]/).at(-1) || message.scene;
+  byId("scene", HTMLElement).textContent = name;
+  byId("scene", HTMLElement).title = message.scene;
+  document.title = `${name} – Ondine`;
   byId("help-title", HTMLElement).textContent = `Ondine ${message.version}: mouse and keys`;
   setOptions(byId("tonemap", HTMLSelectElement), message.tonemaps);
   lens.setScene(message);
