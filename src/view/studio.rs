@@ -327,7 +327,8 @@ impl Studio {
     pub fn work(&self, mut sides: Sides) -> Result<()> {
         let (mut version, mut generation) = (0, 0);
         let mut view = self.current.borrow().view.clone();
-        let mut reported = Instant::now();
+        // None where there is something to be told at once.
+        let mut reported: Option<Instant> = None;
         loop {
             let mut desk = self.desk();
             self.stop.store(false, Ordering::Relaxed);
@@ -341,27 +342,29 @@ impl Studio {
                     true => sides.adjust(&wanted),
                     false => sides.set(&wanted),
                 };
-                let answer = answer.map(|()| {
-                    version += 1;
-                    generation += u64::from(!keeps);
-                    view = wanted;
-                    let current = Current {
-                        version,
-                        generation,
-                        view: view.clone(),
-                    };
-                    self.show(|exhibit| {
-                        exhibit.layer = view.layer;
-                        if !keeps {
-                            *exhibit = exhibit.begin(generation, sides.shown());
-                        }
-                    });
-                    self.current.send_replace(current.clone());
-                    current
+                reported = None;
+                if let Err(error) = answer {
+                    // Who asked may be gone, here and below.
+                    let _ = reply.send(Err(error));
+                    continue;
+                }
+                version += 1;
+                generation += u64::from(!keeps);
+                view = wanted;
+                let current = Current {
+                    version,
+                    generation,
+                    view: view.clone(),
+                };
+                self.show(|exhibit| {
+                    exhibit.layer = view.layer;
+                    if !keeps {
+                        *exhibit = exhibit.begin(generation, sides.shown());
+                    }
                 });
-                // Who asked may be gone.
-                let _ = reply.send(answer);
-                reported = self.report(generation, Doing::Rendering, &sides);
+                // The answer comes before the news.
+                let _ = reply.send(Ok(current.clone()));
+                self.current.send_replace(current);
                 continue;
             }
             if desk.readers == 0 {
@@ -393,8 +396,14 @@ impl Studio {
             let paused = desk.paused;
             let wishes = std::mem::take(&mut desk.wishes);
             drop(desk);
-            for wish in wishes {
-                self.fulfil(wish, &mut sides);
+            if !wishes.is_empty() {
+                for wish in wishes {
+                    self.fulfil(wish, &mut sides);
+                }
+                // A pass may have been ended for it.
+                let shown = sides.shown();
+                self.show(|exhibit| exhibit.sides = shown);
+                reported = None;
             }
             let next = sides.next(view.balance);
             let doing = match (paused, &next) {
@@ -402,8 +411,10 @@ impl Studio {
                 (true, _) => Doing::Paused,
                 _ => Doing::Rendering,
             };
-            if doing != Doing::Rendering || reported.elapsed() >= REPORTS {
-                reported = self.report(generation, doing, &sides);
+            let due = reported.is_none_or(|last| last.elapsed() >= REPORTS);
+            if doing != Doing::Rendering || due {
+                self.report(generation, doing, &sides);
+                reported = Some(Instant::now());
             }
             match next.filter(|_| doing == Doing::Rendering) {
                 Some(next) => {
@@ -432,13 +443,12 @@ impl Studio {
         }
     }
 
-    fn report(&self, generation: u64, state: Doing, sides: &Sides) -> Instant {
+    fn report(&self, generation: u64, state: Doing, sides: &Sides) {
         self.report.send_replace(Arc::new(Report {
             generation,
             state,
             sides: sides.sides().iter().map(Side::report).collect(),
         }));
-        Instant::now()
     }
 
     /// Does what was asked for. Whoever asked may be gone.
