@@ -42,16 +42,16 @@ export function numberIn(field) {
  */
 export class NumberRow {
   /**
-   * `low` and `high`: the slider's. `least` and `most`: the field's, where they differ. `shape`: "even", "cubic" or "log".
-   * @param {{id: string, label: string, low: number, high: number, shape?: string, unit?: string, least?: number,
-   *   most?: number, step?: number}} settings
+   * `low` and `high` are the slider's: the field takes any number, and the program says what is wrong with it. `shape`:
+   * "even", "cubic" or "log".
+   * @param {{id: string, label: string, low: number, high: number, shape?: string, unit?: string, step?: number}} settings
    * @param {(value: number) => void} changed
    */
-  constructor({ id, label, low, high, shape = "even", unit = "", least = low, most = high, step = 0.01 }, changed) {
+  constructor({ id, label, low, high, shape = "even", unit = "", step = 0.01 }, changed) {
     this.low = low;
     this.high = high;
     this.shape = shape;
-    this.field = create("input", { id, type: "number", step: String(step), min: String(least), max: String(most) });
+    this.field = create("input", { id, type: "number", step: String(step) });
     this.slider = create("input", {
       type: "range",
       min: "0",

@@ -39,29 +39,21 @@ export class LensFields {
       [
         "vertical_fov",
         new NumberRow(
-          { id: "vertical-fov", label: "Field of view", unit: "°", low: 5, high: 120, least: 0.1, most: 179, step: 1 },
+          { id: "vertical-fov", label: "Field of view", unit: "°", low: 5, high: 120, step: 1 },
           set("vertical_fov"),
         ),
       ],
       [
         "aperture_radius",
         new NumberRow(
-          { id: "aperture-radius", label: "Aperture radius", low: 0, high: size / 10, shape: "cubic", most: Infinity },
+          { id: "aperture-radius", label: "Aperture radius", low: 0, high: size / 10, shape: "cubic" },
           set("aperture_radius"),
         ),
       ],
       [
         "focus_distance",
         new NumberRow(
-          {
-            id: "focus-distance",
-            label: "Focus distance",
-            low: size / 100,
-            high: size * 20,
-            shape: "log",
-            least: size * 1e-6,
-            most: Infinity,
-          },
+          { id: "focus-distance", label: "Focus distance", low: size / 100, high: size * 20, shape: "log" },
           set("focus_distance"),
         ),
       ],

@@ -113,13 +113,12 @@ function receive(message) {
       if (message.id !== null) complain("");
       return wanted.confirmed(message);
     case "refused":
-      picks.delete(message.id ?? 0);
+      forgetPicks(message.id ?? 0);
       wanted.refused(message.id);
       return complain(message.message);
     case "picked":
       picks.get(message.id)?.(message.hit);
-      picks.delete(message.id);
-      return;
+      return forgetPicks(message.id);
     case "stats":
       setState(message.state);
       statistics.show(message);
@@ -208,6 +207,16 @@ function pick(x, y, then) {
   lastId += 1;
   picks.set(lastId, then);
   connection.send({ type: "pick", id: lastId, x, y });
+}
+
+/**
+ * Forgets what was asked up to here: the program answers the last of what is asked at once.
+ * @param {number} last
+ */
+function forgetPicks(last) {
+  for (const id of [...picks.keys()]) {
+    if (id <= last) picks.delete(id);
+  }
 }
 
 function showReadout() {

@@ -13,11 +13,38 @@ import { layers, recordOf } from "./protocol.js";
 /** The greatest seed. */
 const MAX_SEED = 2n ** 64n - 1n;
 
-/** @type {Record<string, string>} */
-const LAYERS = { radiance: "radiance", error: "error (estimated)", albedo: "albedo", normal: "normal", depth: "depth" };
+/** What groups of layers are called, by what has to be recorded for them. */
+const GROUPS = { first_hits: "Of first hits", lengths: "By path length" };
 
 /** @param {string} layer */
-const layerName = (layer) => LAYERS[layer] ?? `paths of ${layer.slice("length:".length)} edges`.replace(" 1 edges", " 1 edge");
+function layerName(layer) {
+  if (layer === "error") return "error (estimated)";
+  const [, length] = layer.split(":");
+  return length === undefined ? layer : `paths of ${length} ${length === "1" ? "edge" : "edges"}`;
+}
+
+/**
+ * Fills the list of layers, in groups; those that are not recorded say what showing them takes.
+ * @param {HTMLSelectElement} select
+ * @param {View} view
+ */
+function setLayers(select, { sides, aovs, layer }) {
+  const all = layers(sides);
+  if (select.options.length !== all.length) {
+    const option = (/** @type {string} */ name) => new Option(layerName(name), name);
+    const groups = /** @type {const} */ (["first_hits", "lengths"]).map((record) => {
+      const group = create("optgroup", { "data-record": record });
+      group.append(...all.filter((name) => recordOf(name) === record).map(option));
+      return group;
+    });
+    select.replaceChildren(...all.filter((name) => recordOf(name) === null).map(option), ...groups);
+  }
+  for (const group of select.querySelectorAll("optgroup")) {
+    const record = /** @type {keyof typeof GROUPS} */ (group.dataset.record);
+    group.label = aovs[record] ? GROUPS[record] : `${GROUPS[record]}: the image begins anew`;
+  }
+  select.value = layer;
+}
 
 /**
  * The name of a side's settings.
@@ -156,14 +183,9 @@ export class Settings {
     document.documentElement.classList.toggle("split", split);
     this.#balance.value = view.balance;
     view.sides.forEach((side, i) => this.#sides[i]?.show(side, forced));
-    setOptions(this.#layer, layers(view.sides), layerName);
-    this.#layer.value = view.layer;
+    setLayers(this.#layer, view);
     this.#firstHits.checked = view.aovs.first_hits;
     this.#lengths.checked = view.aovs.lengths;
-    for (const option of this.#layer.options) {
-      const record = recordOf(option.value);
-      option.title = record === null || view.aovs[record] ? "" : "Begins the image anew";
-    }
     setField(this.#width, String(view.size[0]), forced);
     setField(this.#height, String(view.size[1]), forced);
     setField(this.#limit, String(view.limit), forced);

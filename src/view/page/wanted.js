@@ -9,6 +9,9 @@ import { nextFrame } from "./dom.js";
 /** Milliseconds after which a view is sent although the one before it has not been seen yet. */
 const PATIENCE = 300;
 
+/** Milliseconds after which a view counts as passed over: one that another page's follows at once is never answered. */
+const PASSED_OVER = 3000;
+
 /**
  * One view is under way at a time, from when it is sent until its first picture is drawn; of what is wanted meanwhile the
  * last is sent next. So no queue builds up, however slow the program or the page is.
@@ -76,8 +79,7 @@ export class Wanted {
     }
     // What another page wants holds until it is told what this one wants.
     if (this.#dirty || (this.#underWay !== null && this.#underWay.generation === null)) return;
-    this.#wanted = view;
-    this.show(view, false);
+    this.#fallBack(false);
   }
 
   /**
@@ -88,8 +90,7 @@ export class Wanted {
     if (this.#underWay === null || id !== this.#underWay.id) return false;
     this.#underWay = null;
     this.#dirty = false;
-    this.#wanted = this.#confirmed;
-    if (this.#wanted !== null) this.show(this.#wanted, true);
+    this.#fallBack(true);
     return true;
   }
 
@@ -132,5 +133,19 @@ export class Wanted {
     if (id === null) return;
     this.#dirty = false;
     this.#underWay = { id, sent: performance.now(), generation: null };
+    setTimeout(() => this.#giveUp(id), PASSED_OVER);
+  }
+
+  /** @param {number} id of a view that has had its time */
+  #giveUp(id) {
+    if (this.#underWay?.id !== id || this.#underWay.generation !== null) return;
+    this.#arrived();
+    if (!this.#dirty) this.#fallBack(false);
+  }
+
+  /** What is wanted is what there is. @param {boolean} forced */
+  #fallBack(forced) {
+    this.#wanted = this.#confirmed;
+    if (this.#wanted !== null) this.show(this.#wanted, forced);
   }
 }
