@@ -101,7 +101,7 @@ for (const [way, query] of [
   });
 }
 
-claim("a pause in the middle of a pass: what is saved is what is shown", ["cornell", "--size", "640x480"], async (live) => {
+claim("a pause in the middle of a pass: what is saved is what is shown", ["cornell", "--size", "320x240"], async (live) => {
   await live.until("samples come", ({ samplesA }) => Number(samplesA) >= 16);
   await sleep(500);
   await live.pause();

@@ -33,6 +33,10 @@ export async function until(what, condition, patience = PATIENCE) {
   }
 }
 
+/** Processes that end with this one, however it ends. */
+const started = new Set();
+process.on("exit", () => started.forEach((child) => child.kill()));
+
 /** `ondine view` with these arguments, once its page can be opened. */
 export async function serve(ondine, ...options) {
   const child = spawn(ondine, ["view", ...options], { stdio: ["ignore", "pipe", "pipe"] });
@@ -43,7 +47,8 @@ export async function serve(ondine, ...options) {
     child.on("error", reject);
     child.on("exit", (code, signal) => resolve(code ?? signal));
   });
-  process.on("exit", () => child.kill());
+  started.add(child);
+  child.on("exit", () => started.delete(child));
   const early = ended.then((code) => Promise.reject(new Error(`ondine view ends with ${code}: ${said}`)));
   await Promise.race([until("an address is printed", () => printed.includes("\n")), early]);
   early.catch(() => {}); // that it ends is wanted from here on
