@@ -92,7 +92,7 @@ async function turn(moves) {
     const begin = performance.now();
     const drawn = new Promise((resolve) => {
       const observer = new MutationObserver(() => {
-        if (Number(dataset.generation) <= generation || dataset.latencyMs === undefined) return;
+        if (Number(dataset.generation) <= generation) return;
         observer.disconnect();
         resolve();
       });
@@ -125,7 +125,7 @@ async function count(seconds) {
 async function onPage(browser, measure) {
   const server = await serve(ondine, scene, "--size", given.size, "--spp", "134217728");
   const page = await browser.open(server.url);
-  await until("samples come", () => page.evaluate("Number(document.documentElement.dataset.samplesA) >= 16"));
+  await until("samples come", () => page.evaluate("Number(document.documentElement?.dataset.samplesA) >= 16"));
   await sleep(1000);
   const measured = await measure(page);
   await page.close();
