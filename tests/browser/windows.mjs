@@ -188,10 +188,11 @@ claim("twenty moves of the camera: each is followed by a picture", ["cornell", "
   for (let i = 0; i < 20; i++) {
     await page.evaluate(() => delete document.documentElement.dataset.latencyMs);
     await live.restart(() => page.keyboard.press(i % 10 < 5 ? "ArrowRight" : "ArrowLeft"));
-    latencies.push(Number((await live.until("it says how long it took", ({ latencyMs }) => latencyMs)) && (await live.data()).latencyMs));
+    const { latencyMs } = await live.data();
+    assert.ok(Number(latencyMs) > 0, `the page does not say how long move ${i + 1} took`);
+    latencies.push(Number(latencyMs));
   }
   latencies.sort((a, b) => a - b);
-  assert.ok(latencies.every((latency) => latency > 0));
   console.log(`first picture after a move: median ${latencies[10]} ms, worst ${latencies[19]} ms (speed is measured by tools/measure_view.mjs)`);
 });
 
