@@ -38,15 +38,14 @@ const wanted = new Wanted((view) => {
   lastId += 1;
   connection.send({ type: "view", id: lastId, view });
   return lastId;
-}, showView);
+}, showView, (milliseconds) => statistics.showLatency(milliseconds));
 const change = (/** @type {(view: View) => View} */ edit) => wanted.change(edit);
 
 const picture = new Picture((data) => {
   connection.send({ type: "drawn", picture: data.picture });
   dataset.picture = String(data.picture);
   dataset.generation = String(data.generation);
-  const latency = wanted.drawn(data.generation);
-  if (latency !== null) statistics.showLatency(latency);
+  wanted.drawn(data.generation);
   showReadout();
 });
 const lens = new LensFields(change);
@@ -95,7 +94,11 @@ new Controls(picture, {
 
 const connection = new Connection({
   message: receive,
-  picture: (data) => picture.show(data),
+  picture: (data) => {
+    const { view, generation } = wanted.confirmedView;
+    if (view !== null && data.generation === generation) frame(view);
+    picture.show(data);
+  },
   lost: (text, ended) => {
     wanted.connected();
     picks.clear();
@@ -147,13 +150,21 @@ function greet(message) {
  */
 function showView(view, forced) {
   const split = view.sides.length > 1;
-  picture.expect(view.size, split);
+  if (picture.isEmpty) frame(view);
   lens.show(view, forced);
   settings.show(view, forced);
   materials.show(view, forced);
   view.sides.forEach((side, i) => {
     byId(i === 0 ? "legend-a" : "legend-b", HTMLElement).textContent = `${split ? `${"AB"[i]} ` : ""}${sideName(side)}`;
   });
+}
+
+/**
+ * The picture takes the shape of a view.
+ * @param {View} view
+ */
+function frame(view) {
+  picture.expect(view.size, view.sides.map(sideName));
 }
 
 /** @type {Record<string, string>} */
@@ -228,7 +239,7 @@ function showReadout() {
   }
   const side = picture.sideAt(pixel[0]);
   const values = picture.valuesAt(...pixel, side);
-  const name = wanted.view !== null && wanted.view.sides.length > 1 ? `${"AB"[side]}   ` : "";
+  const name = picture.isSplit ? `${"AB"[side]}   ` : "";
   readout.textContent = `${name}x ${pixel[0]}  y ${pixel[1]}   ${(values ?? []).map(threeDigits).join("  ")}`;
 }
 

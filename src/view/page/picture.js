@@ -42,6 +42,16 @@ export class Picture {
     this.#handleDivider();
   }
 
+  /** Whether there is one yet. */
+  get isEmpty() {
+    return this.#data === null;
+  }
+
+  /** Whether it has two sides. */
+  get isSplit() {
+    return this.#split;
+  }
+
   /** The size in pixels of the image. */
   get size() {
     return [this.#canvas.width, this.#canvas.height];
@@ -62,20 +72,22 @@ export class Picture {
   }
 
   /**
-   * What the picture will show.
+   * What the next picture shows: until then the last one stays as it is, in its own shape.
    * @param {[number, number]} size
-   * @param {boolean} split
+   * @param {string[]} labels of its sides
    */
-  expect([width, height], split) {
-    this.#split = split;
-    this.#divider.hidden = !split;
-    this.#frame.classList.toggle("split", split);
+  expect([width, height], labels) {
+    this.#split = labels.length > 1;
+    this.#divider.hidden = !this.#split;
+    this.#frame.classList.toggle("split", this.#split);
+    labels.forEach((label, i) => {
+      byId(i === 0 ? "label-a" : "label-b", HTMLElement).textContent = `${"AB"[i]}  ${label}`;
+    });
     if (this.#canvas.width !== width || this.#canvas.height !== height) {
       this.#canvas.width = width;
       this.#canvas.height = height;
       this.#layOut();
       if (!this.#screen.fits()) this.#screen = this.#withoutGl();
-      this.redraw();
     }
     this.#meet(this.#meeting);
   }

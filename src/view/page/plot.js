@@ -125,12 +125,12 @@ export class Plot {
    * @param {string} symbol
    */
   #tellSlopes(lines, symbol) {
-    const told = lines.map((points, i) => {
+    const told = lines.flatMap((points, i) => {
       const exponent = slope(points);
-      const side = lines.length > 1 ? `${"AB"[i]} ` : "";
-      return exponent === null ? "" : `${side}falls as ${symbol}^${exponent.toFixed(2).replace("-", "−")}`;
+      if (exponent === null) return [];
+      return `${lines.length > 1 ? `${"AB"[i]} ` : ""}falls as ${symbol}^${exponent.toFixed(2).replace("-", "−")}`;
     });
-    this.#slopes.textContent = told.filter((text) => text !== "").join(",  ");
+    this.#slopes.textContent = told.join(", ").replace(/(, B) falls/, "$1");
   }
 }
 

@@ -98,7 +98,7 @@ export class Saving {
    * @param {string} command
    */
   #enter(title, command) {
-    const field = create("textarea", { readonly: "", rows: "2", spellcheck: "false", "aria-label": title });
+    const field = create("textarea", { readonly: "", rows: "3", spellcheck: "false", "aria-label": title });
     field.value = command;
     const button = create("button", { type: "button" }, "Copy");
     const copy = async () => {

@@ -189,9 +189,6 @@ export class Settings {
     setField(this.#width, String(view.size[0]), forced);
     setField(this.#height, String(view.size[1]), forced);
     setField(this.#limit, String(view.limit), forced);
-    view.sides.forEach((side, i) => {
-      byId(i === 0 ? "label-a" : "label-b", HTMLElement).textContent = `${"AB"[i]}  ${sideName(side)}`;
-    });
   }
 
   /** @param {boolean} split */

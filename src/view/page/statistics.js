@@ -90,7 +90,7 @@ function stageRows({ stages }, letter) {
       "tr",
       {},
       create("th", { scope: "row" }, name),
-      create("td", { class: "part" }, create("span", { class: "track" }, bar), percent(part)),
+      create("td", { class: "part" }, create("span", { class: "track" }, bar), create("span", {}, percent(part))),
       create("td", {}, seconds > 0 ? millions(items / seconds) : "–"),
       create("td", {}, percent(lane_use)),
     );

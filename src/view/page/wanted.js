@@ -26,18 +26,22 @@ export class Wanted {
   #dirty = false;
   #scheduled = false;
   /**
-   * The view under way; `generation` once the program has said which it is.
-   * @type {{id: number, sent: number, generation: number | null} | null}
+   * The view under way: the generation that there was when it was sent, and its own, once the program has said which.
+   * @type {{id: number, sent: number, before: number, generation: number | null} | null}
    */
   #underWay = null;
+  /** What was drawn last, and when. */
+  #drawn = { generation: -1, at: 0 };
 
   /**
    * @param {(view: View) => number | null} send gives the id it was sent under, or null where it could not be
    * @param {(view: View, forced: boolean) => void} show controls follow; forced: even those that are being edited
+   * @param {(milliseconds: number) => void} seen the first picture of a view, so long after it was sent
    */
-  constructor(send, show) {
+  constructor(send, show, seen) {
     this.send = send;
     this.show = show;
+    this.seen = seen;
   }
 
   /** What is wanted now, sent or not. */
@@ -45,9 +49,9 @@ export class Wanted {
     return this.#wanted;
   }
 
-  /** The generation of the view that the program has confirmed. */
-  get generation() {
-    return this.#generation;
+  /** The view that the program has confirmed, and its generation. */
+  get confirmedView() {
+    return { view: this.#confirmed, generation: this.#generation };
   }
 
   /**
@@ -66,16 +70,18 @@ export class Wanted {
   connected() {
     this.#underWay = null;
     this.#dirty = false;
+    this.#drawn = { generation: -1, at: 0 };
   }
 
   /** @param {{id: number | null, generation: number, view: View}} message */
   confirmed({ id, generation, view }) {
-    const sameImage = generation === this.#generation;
     this.#confirmed = view;
     this.#generation = generation;
     if (this.#underWay !== null && id === this.#underWay.id) {
       this.#underWay.generation = generation;
-      if (sameImage) this.#arrived();
+      // An image that goes on is there already.
+      if (generation === this.#underWay.before) this.#arrived();
+      else this.#look();
     }
     // What another page wants holds until it is told what this one wants.
     if (this.#dirty || (this.#underWay !== null && this.#underWay.generation === null)) return;
@@ -95,14 +101,20 @@ export class Wanted {
   }
 
   /**
-   * A picture has been drawn: gives the milliseconds from sending its view, where it is the first of it.
+   * A picture has been drawn.
    * @param {number} generation
    */
   drawn(generation) {
+    if (generation !== this.#drawn.generation) this.#drawn = { generation, at: performance.now() };
+    this.#look();
+  }
+
+  /** Whether the view under way has been seen. */
+  #look() {
     const view = this.#underWay;
-    if (view === null || view.generation === null || generation < view.generation) return null;
+    if (view === null || view.generation === null || this.#drawn.generation < view.generation) return;
     this.#arrived();
-    return performance.now() - view.sent;
+    this.seen(this.#drawn.at - view.sent);
   }
 
   #arrived() {
@@ -132,7 +144,7 @@ export class Wanted {
     const id = this.send(this.#wanted);
     if (id === null) return;
     this.#dirty = false;
-    this.#underWay = { id, sent: performance.now(), generation: null };
+    this.#underWay = { id, sent: performance.now(), before: this.#generation, generation: null };
     setTimeout(() => this.#giveUp(id), PASSED_OVER);
   }
 
