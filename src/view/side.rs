@@ -232,8 +232,8 @@ impl Side {
         self.samples = samples;
         self.coarse = None;
         let last = self.curve.last().map_or(0.0, |point| point[1]);
-        let noise = (f64::from(samples) >= last * CURVE_STEP)
-            .then(|| tracers.pool.install(|| film.noise()));
+        let due = f64::from(samples) >= last * CURVE_STEP || self.is_done();
+        let noise = due.then(|| tracers.pool.install(|| film.noise()));
         self.stats.render += begin.elapsed();
         if let Some(noise) = noise.filter(|noise| noise.mean > 0.0) {
             let error = noise.error / noise.mean;
