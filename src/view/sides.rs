@@ -3,7 +3,7 @@
 use super::look::{Balance, MaterialValues, View};
 use super::picture::Shown;
 use super::side::{Side, Tracers};
-use super::studio::{Format, Picked, Saved};
+use super::wish::{Format, Picked, Saved};
 use crate::error::{Error, Result};
 use crate::film::tonemap::Tonemap;
 use crate::film::{exr, png};
