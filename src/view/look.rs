@@ -3,16 +3,15 @@
 use crate::error::{Error, Result};
 use crate::film::{AovSet, BLOCK, MAX_SAMPLES};
 use crate::lanes::Rgb;
-use crate::material::Material;
+use crate::material::{Kind, Material};
 use crate::render::{Settings, find_camera};
 use crate::scene::description::{Camera, Description};
-use crate::scene::toml::write::float;
-use crate::scene::toml::{Change, camera_key, material_key, materials_named};
+use crate::scene::toml::write::{float, material_changes};
+use crate::scene::toml::{Change, camera_key};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use toml_edit::Key;
 
 /// What is looked at. All pages of a server see the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -225,35 +224,22 @@ impl View {
         let named = find_camera(scene, Some(&self.camera))?;
         let key = camera_key(scene, &named.name);
         let mut changes = Vec::new();
-        let mut set = |key: String, value: String| {
-            changes.push(Arc::new(Change {
-                origin: format!("--set {key}={value}"),
-                key,
-                value,
-            }));
-        };
         let (now, before) = (self.lens.values(), Lens::from(named.camera).values());
         for ((name, now), (_, before)) in now.into_iter().zip(before) {
             if now != before {
-                set(format!("{key}.{name}"), now.to_toml());
+                let text = format!("{key}.{name}={}", now.to_toml());
+                changes.push(Arc::new(Change::parse(&text)?));
             }
         }
         for (name, wanted) in &self.materials {
-            let known = materials_named(scene, name).next();
-            let (Some(key), Some(known)) = (material_key(scene, name), known) else {
+            let material = wanted.material()?;
+            let Some(texts) = material_changes(scene, name, &material) else {
                 return Err(Error::Usage(format!(
                     "the scene has no material {name:?} that could be changed"
                 )));
             };
-            let before = MaterialValues::from(&scene.materials[known].material);
-            if before.kind != wanted.kind {
-                set(key, wanted.to_toml());
-                continue;
-            }
-            for (parameter, value) in &wanted.parameters {
-                if before.parameters.get(parameter) != Some(value) {
-                    set(format!("{key}.{parameter}"), value.to_toml());
-                }
+            for text in texts {
+                changes.push(Arc::new(Change::parse(&text)?));
             }
         }
         Ok(changes)
@@ -333,12 +319,64 @@ impl From<f32> for Parameter {
 }
 
 impl MaterialValues {
-    fn to_toml(&self) -> String {
-        let parameters = self.parameters.iter();
-        let parameters =
-            parameters.map(|(name, value)| format!(", {} = {}", Key::new(name), value.to_toml()));
-        let kind = toml_edit::Value::from(&self.kind);
-        format!("{{ type = {kind}{} }}", parameters.collect::<String>())
+    /// The material; whether its parameters are in their ranges is for the scene's reader to say.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where there is no such type, or its parameters are others.
+    fn material(&self) -> Result<Material> {
+        let kind = Kind::ALL.into_iter().find(|kind| kind.name() == self.kind);
+        let kind = kind
+            .ok_or_else(|| Error::Usage(format!("there is no material of type {:?}", self.kind)))?;
+        let number = |name: &str| match self.parameters.get(name) {
+            Some(&Parameter::Number(number)) => Ok(number),
+            _ => Err(self.lacks(name, "a number")),
+        };
+        let color = |name: &str| match self.parameters.get(name) {
+            Some(&Parameter::Color([r, g, b])) => Ok(Rgb::new(r, g, b)),
+            _ => Err(self.lacks(name, "a colour")),
+        };
+        let material = match kind {
+            Kind::Lambert => Material::Lambert {
+                albedo: color("albedo")?,
+            },
+            Kind::Mirror => Material::Mirror {
+                reflectance: color("reflectance")?,
+            },
+            Kind::Glass => Material::Glass {
+                ior: number("ior")?,
+            },
+            Kind::Phong => Material::Phong {
+                diffuse: color("diffuse")?,
+                specular: color("specular")?,
+                exponent: number("exponent")?,
+            },
+            Kind::Conductor => Material::Conductor {
+                roughness: number("roughness")?,
+                reflectance: color("reflectance")?,
+            },
+            Kind::Principled => Material::Principled {
+                base_color: color("base_color")?,
+                metallic: number("metallic")?,
+                roughness: number("roughness")?,
+                ior: number("ior")?,
+            },
+        };
+        let known = parameters(&material);
+        let is_known = |name: &String| known.iter().any(|(known, _)| known == name);
+        match self.parameters.keys().find(|name| !is_known(name)) {
+            Some(other) => Err(Error::Usage(format!(
+                "a material of type {:?} has no {other:?}",
+                self.kind
+            ))),
+            None => Ok(material),
+        }
+    }
+
+    fn lacks(&self, name: &str, what: &str) -> Error {
+        Error::Usage(format!(
+            "a material of type {:?} has {what} for {name:?}",
+            self.kind
+        ))
     }
 }
 

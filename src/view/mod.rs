@@ -9,6 +9,7 @@
 
 pub mod look;
 
+mod exhibit;
 mod guard;
 mod hello;
 mod painter;
@@ -18,6 +19,7 @@ mod server;
 mod side;
 mod sides;
 mod studio;
+mod wish;
 
 pub use server::{Options, serve};
 pub use sides::Source;

@@ -1,7 +1,7 @@
 //! When a picture is painted: at once after a change, then less and less often, and only if somebody waits for it.
 
+use super::exhibit::{Exhibit, Gallery};
 use super::picture::{Picture, paint};
-use super::studio::{Exhibit, Studio};
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
@@ -12,8 +12,8 @@ const SLOWEST: Duration = Duration::from_secs(1);
 /// A picture follows another when the image is older by a tenth.
 const GROWTH: u32 = 10;
 
-/// Paints until the studio is closed.
-pub fn work(studio: &Studio, pictures: &watch::Sender<Option<Picture>>) {
+/// Paints until it is over.
+pub fn work(gallery: &Gallery, pictures: &watch::Sender<Option<Picture>>) {
     let mut last = Last {
         serial: 0,
         generation: 0,
@@ -22,7 +22,7 @@ pub fn work(studio: &Studio, pictures: &watch::Sender<Option<Picture>>) {
         painted: false,
     };
     for number in 1.. {
-        let exhibit = studio.wait_for_exhibit(|exhibit| last.due(exhibit));
+        let exhibit = gallery.visit(|exhibit| last.due(exhibit));
         if exhibit.over {
             return;
         }

@@ -2,7 +2,8 @@
 
 use super::look::View;
 use super::server::Server;
-use super::studio::{Current, Picked};
+use super::studio::Current;
+use super::wish::Picked;
 use crate::error::Result;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use serde::{Deserialize, Serialize};
@@ -96,7 +97,7 @@ impl Reader<'_> {
         let mut ping = interval(PING);
         ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
         self.send(Message::text(server.hello.clone())).await?;
-        server.studio.await_picture();
+        server.studio.gallery.await_picture();
         loop {
             tokio::select! {
                 biased;
@@ -219,7 +220,7 @@ impl Reader<'_> {
                     .take_if(|drawing| *drawing == picture)
                     .is_some()
                 {
-                    studio.await_picture();
+                    studio.gallery.await_picture();
                 }
             }
         }

@@ -5,7 +5,8 @@ use super::hello::Hello;
 use super::look::View;
 use super::picture::Picture;
 use super::sides::{Sides, Source};
-use super::studio::{Format, Saved, Studio};
+use super::studio::Studio;
+use super::wish::{Format, Saved};
 use super::{painter, reader};
 use crate::error::{Error, Result};
 use crate::film::tonemap::Tonemap;
@@ -158,7 +159,7 @@ pub fn serve(
         });
         scope.spawn(|| {
             let _says = Says(&ended);
-            painter::work(&studio, &picture);
+            painter::work(&studio.gallery, &picture);
         });
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(listener)?;

@@ -1,5 +1,6 @@
 //! One image of the view: coarse pictures first, then whole passes in one film, and what is known of it.
 
+use super::look::Balance;
 use super::picture::Shown;
 use crate::error::{Error, Result};
 use crate::film::{BLOCK, Coverage, Film, Region};
@@ -232,8 +233,8 @@ impl Side {
         self.samples = samples;
         self.coarse = None;
         let last = self.curve.last().map_or(0.0, |point| point[1]);
-        let noise = (f64::from(samples) >= last * CURVE_STEP)
-            .then(|| tracers.pool.install(|| film.noise()));
+        let due = f64::from(samples) >= last * CURVE_STEP || self.is_done();
+        let noise = due.then(|| tracers.pool.install(|| film.noise()));
         self.stats.render += begin.elapsed();
         if let Some(noise) = noise.filter(|noise| noise.mean > 0.0) {
             let error = noise.error / noise.mean;
@@ -295,6 +296,23 @@ impl Side {
                 })
                 .collect(),
             curve: self.curve.clone(),
+        }
+    }
+}
+
+impl Balance {
+    /// The side whose turn it is: the one that has had less.
+    pub fn turn(self, sides: &[Side]) -> Option<usize> {
+        let open = || sides.iter().enumerate().filter(|(_, side)| !side.is_done());
+        match self {
+            Self::Samples => open()
+                .min_by_key(|(_, side)| side.samples())
+                .map(|(i, _)| i),
+            // Where one has all its samples, the other gets no more time.
+            Self::Time if sides.iter().any(Side::is_done) => None,
+            Self::Time => open()
+                .min_by(|(_, a), (_, b)| a.seconds().total_cmp(&b.seconds()))
+                .map(|(i, _)| i),
         }
     }
 }

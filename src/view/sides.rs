@@ -3,7 +3,7 @@
 use super::look::{Balance, MaterialValues, View};
 use super::picture::Shown;
 use super::side::{Side, Tracers};
-use super::studio::{Format, Picked, Saved};
+use super::wish::{Format, Picked, Saved};
 use crate::error::{Error, Result};
 use crate::film::tonemap::Tonemap;
 use crate::film::{exr, png};
@@ -101,8 +101,12 @@ impl Sides {
             (self.source.fits)(side, settings.len())?;
         }
         let own = view.changes(&self.original)?;
-        let changes: Vec<_> = self.source.changes.iter().cloned().chain(own).collect();
-        let description = open_changed(&self.source.scene, &changes, &mut self.cache)?;
+        let begun = self.source.changes.iter().cloned();
+        let changes: Vec<_> = begun.chain(own.iter().cloned()).collect();
+        let description = match own[..] {
+            [] => self.original.clone(),
+            _ => open_changed(&self.source.scene, &changes, &mut self.cache)?,
+        };
         let lens = find_camera(&description, Some(&view.camera))?.camera;
         let compiled = self.compiled.take();
         let scene = match compiled.filter(|(materials, _)| *materials == view.materials) {

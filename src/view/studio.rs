@@ -4,14 +4,14 @@
 //! saved that any `ondine render` would have made, and the noise be measured. A change stops the round under way after the
 //! waves in hand, some milliseconds each.
 
-use super::look::{Balance, Layer, View};
-use super::picture::Shown;
+use super::exhibit::Gallery;
+use super::look::View;
 use super::side::{Side, SideReport};
 use super::sides::Sides;
+use super::wish::{Format, Picked, Reply, Saved, Wish};
 use crate::error::{Error, Result};
 use crate::film::tonemap::Tonemap;
 use serde::Serialize;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -19,9 +19,6 @@ use tokio::sync::{oneshot, watch};
 
 /// Least time between two reports of what the render has come to.
 const REPORTS: Duration = Duration::from_millis(250);
-
-/// An answer that is waited for elsewhere.
-pub type Reply<T> = oneshot::Sender<Result<T>>;
 
 /// What the studio is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -58,72 +55,6 @@ pub struct Report {
     pub sides: Vec<SideReport>,
 }
 
-/// What is at a pixel.
-#[derive(Clone, Debug, Serialize)]
-pub struct Picked {
-    /// World space.
-    pub position: [f32; 3],
-    /// Along the camera's axis: what a focus distance means.
-    pub depth: f32,
-    /// From the camera.
-    pub distance: f32,
-    /// Name of the material; none of what only emits.
-    pub material: Option<String>,
-}
-
-/// A file that is asked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Format {
-    /// The exact film.
-    Exr,
-    /// A picture of it.
-    Png(Tonemap),
-}
-
-/// A file that was written, in a folder of its own.
-#[derive(Debug)]
-pub struct Saved {
-    /// Goes when this is dropped.
-    #[expect(dead_code, reason = "it is dropped")]
-    pub folder: tempfile::TempDir,
-    /// The file in it.
-    pub path: PathBuf,
-    /// What a user would call it.
-    pub name: String,
-    /// What renders the same.
-    pub command_line: String,
-}
-
-impl Exhibit {
-    /// That of images that begin now.
-    fn begin(&self, generation: u64, sides: Vec<Shown>) -> Self {
-        Self {
-            generation,
-            since: Instant::now(),
-            sides,
-            ..self.clone()
-        }
-    }
-}
-
-/// What the studio is asked for between rounds.
-enum Wish {
-    Save(usize, Format, Reply<Saved>),
-    CommandLine(usize, Option<Tonemap>, Reply<String>),
-    Pick(u32, u32, Reply<Option<Picked>>),
-}
-
-impl Wish {
-    /// Whether nobody waits for the answer any more.
-    fn is_in_vain(&self) -> bool {
-        match self {
-            Wish::Save(_, _, reply) => reply.is_closed(),
-            Wish::CommandLine(_, _, reply) => reply.is_closed(),
-            Wish::Pick(_, _, reply) => reply.is_closed(),
-        }
-    }
-}
-
 #[derive(Default)]
 struct Desk {
     /// The newest; what came before it is never rendered.
@@ -134,25 +65,12 @@ struct Desk {
     quit: bool,
 }
 
-/// What there is to be seen, for the [painter](super::painter).
-#[derive(Clone)]
-pub struct Exhibit {
-    /// Grows at each change.
-    pub serial: u64,
-    /// Whether it changes of itself: a round is under way.
-    pub busy: bool,
-    /// That of the images.
-    pub generation: u64,
-    /// When they were begun.
-    pub since: Instant,
-    /// What is shown of them.
-    pub layer: Layer,
-    /// The images, in the order of the view.
-    pub sides: Vec<Shown>,
-    /// Whether anybody waits for a picture.
-    pub awaited: bool,
-    /// No picture will be wanted any more.
-    pub over: bool,
+impl Desk {
+    fn wish(&mut self, wish: Wish) {
+        // Those who asked before may be gone: so many wait as there are askers.
+        self.wishes.retain(|wish| !wish.is_in_vain());
+        self.wishes.push(wish);
+    }
 }
 
 /// The studio as others see it.
@@ -161,9 +79,8 @@ pub struct Studio {
     news: Condvar,
     /// Stops the round under way.
     stop: AtomicBool,
-    exhibit: Mutex<Exhibit>,
-    /// The exhibit is another, or somebody waits for a picture.
-    changed: Condvar,
+    /// What there is to be seen.
+    pub gallery: Gallery,
     current: watch::Sender<Current>,
     report: watch::Sender<Arc<Report>>,
 }
@@ -171,16 +88,7 @@ pub struct Studio {
 impl Studio {
     /// For a view that nobody has looked at yet.
     pub fn new(view: View) -> Self {
-        let exhibit = Exhibit {
-            serial: 0,
-            busy: false,
-            generation: 0,
-            since: Instant::now(),
-            layer: view.layer,
-            sides: Vec::new(),
-            awaited: false,
-            over: false,
-        };
+        let layer = view.layer;
         let current = Current {
             version: 0,
             generation: 0,
@@ -195,8 +103,7 @@ impl Studio {
             desk: Mutex::default(),
             news: Condvar::new(),
             stop: AtomicBool::new(false),
-            exhibit: Mutex::new(exhibit),
-            changed: Condvar::new(),
+            gallery: Gallery::new(layer),
             current: watch::Sender::new(current),
             report: watch::Sender::new(Arc::new(report)),
         }
@@ -206,13 +113,17 @@ impl Studio {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Changes what the studio is to do; where that is urgent, the round under way ends.
-    fn tell(&self, urgent: bool, change: impl FnOnce(&mut Desk)) {
+    /// Changes what the studio is to do.
+    fn tell(&self, change: impl FnOnce(&mut Desk)) {
+        change(&mut self.desk());
+        self.news.notify_all();
+    }
+
+    /// The same, and the round under way ends.
+    fn tell_at_once(&self, change: impl FnOnce(&mut Desk)) {
         let mut desk = self.desk();
         change(&mut desk);
-        if urgent {
-            self.stop.store(true, Ordering::Relaxed);
-        }
+        self.stop.store(true, Ordering::Relaxed);
         self.news.notify_all();
     }
 
@@ -226,69 +137,24 @@ impl Studio {
         self.report.subscribe()
     }
 
-    fn exhibit(&self) -> MutexGuard<'_, Exhibit> {
-        self.exhibit.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn show(&self, change: impl FnOnce(&mut Exhibit)) {
-        let mut exhibit = self.exhibit();
-        change(&mut exhibit);
-        exhibit.serial += 1;
-        self.changed.notify_all();
-    }
-
-    /// Waits until the exhibit is `due`, which says how long it will take otherwise, as far as is known; gives a copy of it, and
-    /// nobody waits for a picture any more.
-    pub fn wait_for_exhibit(&self, due: impl Fn(&Exhibit) -> Option<Duration>) -> Exhibit {
-        let mut exhibit = self.exhibit();
-        loop {
-            let wait = match due(&exhibit) {
-                Some(Duration::ZERO) => break,
-                Some(wait) => wait,
-                None => Duration::MAX,
-            };
-            // So long that it is as good as for ever, and no overflow.
-            let wait = wait.min(Duration::from_secs(3600));
-            let woken = self.changed.wait_timeout(exhibit, wait);
-            exhibit = woken.unwrap_or_else(PoisonError::into_inner).0;
-        }
-        let copy = exhibit.clone();
-        exhibit.awaited = false;
-        copy
-    }
-
-    /// Somebody has drawn the last picture, and waits for the next.
-    pub fn await_picture(&self) {
-        self.exhibit().awaited = true;
-        self.changed.notify_all();
-    }
-
     /// Looks at something else. A view that is followed by another before it was begun gets no answer.
     pub fn look(&self, view: View) -> oneshot::Receiver<Result<Current>> {
         let (reply, answer) = oneshot::channel();
-        self.tell(true, |desk| desk.view = Some((view, reply)));
+        self.tell_at_once(|desk| desk.view = Some((view, reply)));
         answer
-    }
-
-    fn wish(&self, urgent: bool, wish: Wish) {
-        self.tell(urgent, |desk| {
-            // Those who asked before may be gone: so many wait as there are askers.
-            desk.wishes.retain(|wish| !wish.is_in_vain());
-            desk.wishes.push(wish);
-        });
     }
 
     /// What is at a pixel of the view.
     pub fn pick(&self, x: u32, y: u32) -> oneshot::Receiver<Result<Option<Picked>>> {
         let (reply, answer) = oneshot::channel();
-        self.wish(true, Wish::Pick(x, y, reply));
+        self.tell_at_once(|desk| desk.wish(Wish::Pick(x, y, reply)));
         answer
     }
 
     /// Writes a file of a side once its passes are whole.
     pub fn save(&self, side: usize, format: Format) -> oneshot::Receiver<Result<Saved>> {
         let (reply, answer) = oneshot::channel();
-        self.wish(false, Wish::Save(side, format, reply));
+        self.tell(|desk| desk.wish(Wish::Save(side, format, reply)));
         answer
     }
 
@@ -299,25 +165,25 @@ impl Studio {
         tonemap: Option<Tonemap>,
     ) -> oneshot::Receiver<Result<String>> {
         let (reply, answer) = oneshot::channel();
-        self.wish(false, Wish::CommandLine(side, tonemap, reply));
+        self.tell(|desk| desk.wish(Wish::CommandLine(side, tonemap, reply)));
         answer
     }
 
     /// Stops tracing, or goes on.
     pub fn pause(&self, paused: bool) {
-        self.tell(paused, |desk| desk.paused = paused);
+        self.tell_at_once(|desk| desk.paused = paused);
     }
 
     /// Somebody looks. Without anybody nothing is rendered, and the films are freed.
     pub fn enter(self: &Arc<Self>) -> Reader {
-        self.tell(false, |desk| desk.readers += 1);
+        self.tell(|desk| desk.readers += 1);
         Reader(self.clone())
     }
 
     /// Ends [`Studio::work`].
     pub fn quit(&self) {
-        self.tell(true, |desk| desk.quit = true);
-        self.show(|exhibit| exhibit.over = true);
+        self.tell_at_once(|desk| desk.quit = true);
+        self.gallery.show(|exhibit| exhibit.over = true);
     }
 
     /// Renders until it is told to quit.
@@ -327,7 +193,8 @@ impl Studio {
     pub fn work(&self, mut sides: Sides) -> Result<()> {
         let (mut version, mut generation) = (0, 0);
         let mut view = self.current.borrow().view.clone();
-        let mut reported = Instant::now();
+        // None where there is something to be told at once.
+        let mut reported: Option<Instant> = None;
         loop {
             let mut desk = self.desk();
             self.stop.store(false, Ordering::Relaxed);
@@ -341,27 +208,29 @@ impl Studio {
                     true => sides.adjust(&wanted),
                     false => sides.set(&wanted),
                 };
-                let answer = answer.map(|()| {
-                    version += 1;
-                    generation += u64::from(!keeps);
-                    view = wanted;
-                    let current = Current {
-                        version,
-                        generation,
-                        view: view.clone(),
-                    };
-                    self.show(|exhibit| {
-                        exhibit.layer = view.layer;
-                        if !keeps {
-                            *exhibit = exhibit.begin(generation, sides.shown());
-                        }
-                    });
-                    self.current.send_replace(current.clone());
-                    current
+                reported = None;
+                if let Err(error) = answer {
+                    // Who asked may be gone, here and below.
+                    let _ = reply.send(Err(error));
+                    continue;
+                }
+                version += 1;
+                generation += u64::from(!keeps);
+                view = wanted;
+                let current = Current {
+                    version,
+                    generation,
+                    view: view.clone(),
+                };
+                self.gallery.show(|exhibit| {
+                    exhibit.layer = view.layer;
+                    if !keeps {
+                        *exhibit = exhibit.begin(generation, sides.shown());
+                    }
                 });
-                // Who asked may be gone.
-                let _ = reply.send(answer);
-                reported = self.report(generation, Doing::Rendering, &sides);
+                // The answer comes before the news.
+                let _ = reply.send(Ok(current.clone()));
+                self.current.send_replace(current);
                 continue;
             }
             if desk.readers == 0 {
@@ -369,7 +238,7 @@ impl Studio {
                 desk.wishes.clear();
                 if sides.is_open() {
                     sides.close();
-                    self.show(|exhibit| exhibit.sides.clear());
+                    self.gallery.show(|exhibit| exhibit.sides.clear());
                 }
                 drop(self.news.wait(desk));
                 continue;
@@ -379,7 +248,8 @@ impl Studio {
                 generation += 1;
                 if sides.set(&view).is_ok() {
                     version += 1;
-                    self.show(|exhibit| *exhibit = exhibit.begin(generation, sides.shown()));
+                    self.gallery
+                        .show(|exhibit| *exhibit = exhibit.begin(generation, sides.shown()));
                     let view = view.clone();
                     self.current.send_replace(Current {
                         version,
@@ -393,8 +263,14 @@ impl Studio {
             let paused = desk.paused;
             let wishes = std::mem::take(&mut desk.wishes);
             drop(desk);
-            for wish in wishes {
-                self.fulfil(wish, &mut sides);
+            if !wishes.is_empty() {
+                for wish in wishes {
+                    self.fulfil(wish, &mut sides);
+                }
+                // A pass may have been ended for it.
+                let shown = sides.shown();
+                self.gallery.show(|exhibit| exhibit.sides = shown);
+                reported = None;
             }
             let next = sides.next(view.balance);
             let doing = match (paused, &next) {
@@ -402,17 +278,21 @@ impl Studio {
                 (true, _) => Doing::Paused,
                 _ => Doing::Rendering,
             };
-            if doing != Doing::Rendering || reported.elapsed() >= REPORTS {
-                reported = self.report(generation, doing, &sides);
+            let due = reported.is_none_or(|last| last.elapsed() >= REPORTS);
+            if doing != Doing::Rendering || due {
+                self.report(generation, doing, &sides);
+                reported = Some(Instant::now());
             }
             match next.filter(|_| doing == Doing::Rendering) {
                 Some(next) => {
                     let begun = |shown| {
-                        self.show(|exhibit| (exhibit.busy, exhibit.sides) = (true, shown));
+                        self.gallery
+                            .show(|exhibit| (exhibit.busy, exhibit.sides) = (true, shown));
                     };
                     sides.render(next, &self.stop, &begun)?;
                     let shown = sides.shown();
-                    self.show(|exhibit| (exhibit.busy, exhibit.sides) = (false, shown));
+                    self.gallery
+                        .show(|exhibit| (exhibit.busy, exhibit.sides) = (false, shown));
                 }
                 None => self.wait_for_news(paused),
             }
@@ -432,13 +312,12 @@ impl Studio {
         }
     }
 
-    fn report(&self, generation: u64, state: Doing, sides: &Sides) -> Instant {
+    fn report(&self, generation: u64, state: Doing, sides: &Sides) {
         self.report.send_replace(Arc::new(Report {
             generation,
             state,
             sides: sides.sides().iter().map(Side::report).collect(),
         }));
-        Instant::now()
     }
 
     /// Does what was asked for. Whoever asked may be gone.
@@ -486,25 +365,7 @@ pub struct Reader(Arc<Studio>);
 
 impl Drop for Reader {
     fn drop(&mut self) {
-        let last = self.0.desk().readers == 1;
-        self.0.tell(last, |desk| desk.readers -= 1);
-    }
-}
-
-/// That two sides have the same of it.
-impl Balance {
-    /// The side whose turn it is: the one that has had less.
-    pub(super) fn turn(self, sides: &[Side]) -> Option<usize> {
-        let open = || sides.iter().enumerate().filter(|(_, side)| !side.is_done());
-        match self {
-            Self::Samples => open()
-                .min_by_key(|(_, side)| side.samples())
-                .map(|(i, _)| i),
-            // Where one has all its samples, the other gets no more time.
-            Self::Time if sides.iter().any(Side::is_done) => None,
-            Self::Time => open()
-                .min_by(|(_, a), (_, b)| a.seconds().total_cmp(&b.seconds()))
-                .map(|(i, _)| i),
-        }
+        // A round that was ended goes on, if somebody else looks.
+        self.0.tell_at_once(|desk| desk.readers -= 1);
     }
 }

@@ -103,7 +103,7 @@ fn targets(
                 false => Ok((targets, names)),
             }
         }
-        [] | [_, ..] => {
+        _ => {
             let other = words.first().copied().unwrap_or_default();
             let hint = match did_you_mean(other, ["camera", "cameras", "materials"]) {
                 hint if hint.is_empty() => {
