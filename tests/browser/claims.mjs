@@ -13,13 +13,16 @@ const claims = [];
 export function claim(name, options, body, { query = "", expected = /$^/ } = {}) {
   const show = async (browser, ondine) => {
     const server = await serve(ondine, ...options);
-    const live = await openPage(browser, server.url, { query });
     try {
-      await body(live, server, { browser, ondine });
-      const complaints = live.complaints.filter((complaint) => !expected.test(complaint));
-      assert.deepEqual(complaints, [], "the browser complains");
+      const live = await openPage(browser, server.url, { query });
+      try {
+        await body(live, server, { browser, ondine });
+        const complaints = live.complaints.filter((complaint) => !expected.test(complaint));
+        assert.deepEqual(complaints, [], "the browser complains");
+      } finally {
+        await live.close();
+      }
     } finally {
-      await live.close();
       assert.equal(await server.end(), 0, `exit code; it said ${server.said()}`);
     }
   };

@@ -36,6 +36,7 @@ export async function until(what, condition, patience = PATIENCE) {
 /** Processes that end with this one, however it ends. */
 const started = new Set();
 process.on("exit", () => started.forEach((child) => child.kill()));
+for (const signal of ["SIGINT", "SIGTERM", "SIGHUP"]) process.on(signal, () => process.exit(1));
 
 /** `ondine view` with these arguments, once its page can be opened. */
 export async function serve(ondine, ...options) {
