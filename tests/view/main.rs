@@ -256,7 +256,13 @@ impl Page {
     fn look(&mut self, view: &Value) {
         let before = self.generation;
         self.say(&json!({"type": "view", "id": 1, "view": view}));
-        self.wait("the view", |page| page.generation > before);
+        let begin = Instant::now();
+        while self.generation == before {
+            assert!(begin.elapsed() < PATIENCE, "waited for the view");
+            if let Some(Heard::Answer(answer)) = self.hear() {
+                panic!("{answer}");
+            }
+        }
     }
 
     /// Hears until both sides have so many samples, if there are two.

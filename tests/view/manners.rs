@@ -268,7 +268,7 @@ fn what_cannot_be_looked_at_is_refused_with_a_reason_and_the_view_stays() {
     refused("/limit", json!(0), "spp");
     refused(
         "/materials",
-        json!({"wood": {"type": "mirror"}}),
+        json!({"wood": {"type": "glass", "ior": 1.5}}),
         "no material \"wood\"",
     );
     refused("/materials", json!({"white": {"type": "wood"}}), "wood");
@@ -279,8 +279,8 @@ fn what_cannot_be_looked_at_is_refused_with_a_reason_and_the_view_stays() {
     );
     refused(
         "/materials",
-        json!({"white": {"type": "lambert", "\n": 3}}),
-        "white",
+        json!({"white": {"type": "lambert", "albedo": [0.5, 0.5, 0.5], "\n": 3}}),
+        "has no \"\\n\"",
     );
     let answer = page.ask(&json!({"type": "pick", "id": 8, "x": 32, "y": 0}));
     assert_eq!(answer["type"], "refused");

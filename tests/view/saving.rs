@@ -87,7 +87,7 @@ fn saved_images_have_the_bits_of_their_command_lines() {
                 json!({
                     "white": {"type": "lambert", "albedo": [0.5, 0.6, 0.7]},
                     "green": {"type": "conductor", "roughness": 0.15, "reflectance": [0.9, 0.8, 0.3]},
-                    "glass": {"type": "principled", "base_color": [0.2, 0.3, 0.9], "metallic": 0.5, "roughness": 0.3, "ior": 1.4},
+                    "blue": {"type": "principled", "base_color": [0.2, 0.3, 0.9], "metallic": 0.5, "roughness": 0.3, "ior": 1.4},
                 }),
             ),
             ("/aovs", json!({"first_hits": true, "lengths": true})),
