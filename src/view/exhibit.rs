@@ -27,6 +27,11 @@ pub struct Exhibit {
 }
 
 impl Exhibit {
+    /// Whether there is something to be seen of every side.
+    pub fn is_complete(&self) -> bool {
+        !self.sides.is_empty() && self.sides.iter().all(|side| !side.is_empty())
+    }
+
     /// That of images that begin now.
     pub fn begin(&self, generation: u64, sides: Vec<Shown>) -> Self {
         Self {

@@ -1,6 +1,7 @@
 //! When a picture is painted: at once after a change, then less and less often, and only if somebody waits for it.
 
 use super::exhibit::{Exhibit, Gallery};
+use super::look::Layer;
 use super::picture::{Picture, paint};
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
@@ -16,10 +17,9 @@ const GROWTH: u32 = 10;
 pub fn work(gallery: &Gallery, pictures: &watch::Sender<Option<Picture>>) {
     let mut last = Last {
         serial: 0,
-        generation: 0,
+        of: None,
         at: Instant::now(),
         took: Duration::ZERO,
-        painted: false,
     };
     for number in 1.. {
         let exhibit = gallery.visit(|exhibit| last.due(exhibit));
@@ -30,16 +30,16 @@ pub fn work(gallery: &Gallery, pictures: &watch::Sender<Option<Picture>>) {
         let Exhibit {
             generation, layer, ..
         } = exhibit;
-        let nothing = exhibit.sides.iter().all(|side| side.is_empty());
-        let picture = (!nothing).then(|| paint(number, generation, layer, &exhibit.sides));
+        let picture = exhibit
+            .is_complete()
+            .then(|| paint(number, generation, layer, &exhibit.sides));
         let painted = picture.is_some();
         pictures.send_replace(picture);
         last = Last {
             serial: exhibit.serial,
-            generation: if painted { generation } else { 0 },
+            of: painted.then_some((generation, layer)),
             at: begin,
             took: begin.elapsed(),
-            painted,
         };
     }
 }
@@ -47,11 +47,10 @@ pub fn work(gallery: &Gallery, pictures: &watch::Sender<Option<Picture>>) {
 /// The last picture.
 struct Last {
     serial: u64,
-    /// 0 before the first.
-    generation: u64,
+    /// Its generation and layer; none where it was empty.
+    of: Option<(u64, Layer)>,
     at: Instant,
     took: Duration,
-    painted: bool,
 }
 
 impl Last {
@@ -60,17 +59,16 @@ impl Last {
         if exhibit.over {
             return Some(Duration::ZERO);
         }
-        let nothing = exhibit.sides.iter().all(|side| side.is_empty());
-        if nothing {
+        if !exhibit.is_complete() {
             // What was freed is not shown any more.
-            let freed = exhibit.sides.is_empty() && self.painted;
+            let freed = exhibit.sides.is_empty() && self.of.is_some();
             return freed.then_some(Duration::ZERO);
         }
         let changed = exhibit.serial != self.serial || exhibit.busy;
         if !exhibit.awaited || !changed {
             return None;
         }
-        if exhibit.generation != self.generation {
+        if self.of != Some((exhibit.generation, exhibit.layer)) {
             return Some(Duration::ZERO);
         }
         let age = exhibit.since.elapsed() / GROWTH;

@@ -157,6 +157,12 @@ impl Sides {
         self.sides().iter().map(Side::shown).collect()
     }
 
+    /// Whether what comes next are coarse pictures.
+    pub fn is_coarse(&self) -> bool {
+        let mut sides = self.sides().iter();
+        sides.any(|side| side.next_coarse(self.speed).is_some())
+    }
+
     /// The side that is to be rendered next; none where all are done.
     pub fn next(&self, balance: Balance) -> Option<usize> {
         let sides = self.sides();

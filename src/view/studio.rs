@@ -283,7 +283,8 @@ impl Studio {
                 self.report(generation, doing, &sides);
                 reported = Some(Instant::now());
             }
-            match next.filter(|_| doing == Doing::Rendering) {
+            // A pause shows what it stopped at, if only coarsely.
+            match next.filter(|_| doing == Doing::Rendering || sides.is_coarse()) {
                 Some(next) => {
                     let begun = |shown| {
                         self.gallery
