@@ -123,7 +123,7 @@ async function count(seconds) {
 
 /** What `measure` gives for the page of a server of its own. */
 async function onPage(browser, measure) {
-  const server = await serve(ondine, scene, "--size", given.size, "--spp", "134217728");
+  const server = await serve(ondine, [scene, "--size", given.size, "--spp", "134217728"]);
   const page = await browser.open(server.url);
   await until("samples come", () => page.evaluate("Number(document.documentElement?.dataset.samplesA) >= 16"));
   await sleep(1000);

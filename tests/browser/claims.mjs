@@ -8,11 +8,11 @@ const claims = [];
 
 /**
  * A claim that `body` shows, given the page of `ondine view` with these options. `expected`: what the browser may complain
- * about; `query`: what follows the page's address.
+ * about; `query`: what follows the page's address; `environment`: variables for the program.
  */
-export function claim(name, options, body, { query = "", expected = /$^/ } = {}) {
+export function claim(name, options, body, { query = "", expected = /$^/, environment } = {}) {
   const show = async (browser, ondine) => {
-    const server = await serve(ondine, ...options);
+    const server = await serve(ondine, options, environment);
     try {
       const live = await openPage(browser, server.url, { query });
       try {

@@ -38,9 +38,10 @@ const started = new Set();
 process.on("exit", () => started.forEach((child) => child.kill()));
 for (const signal of ["SIGINT", "SIGTERM", "SIGHUP"]) process.on(signal, () => process.exit(1));
 
-/** `ondine view` with these arguments, once its page can be opened. */
-export async function serve(ondine, ...options) {
-  const child = spawn(ondine, ["view", ...options], { stdio: ["ignore", "pipe", "pipe"] });
+/** `ondine view` with these arguments, and more in its environment, once its page can be opened. */
+export async function serve(ondine, options, environment = {}) {
+  const env = { ...process.env, ...environment };
+  const child = spawn(ondine, ["view", ...options], { env, stdio: ["ignore", "pipe", "pipe"] });
   let [printed, said] = ["", ""];
   child.stdout.on("data", (data) => (printed += data));
   child.stderr.on("data", (data) => (said += data));

@@ -5,7 +5,7 @@ import { serve, sleep, until } from "./program.mjs";
 
 /** The box by cosine and by uniform directions, side by side, after some seconds. */
 export async function takeScreenshot(browser, ondine, path) {
-  const server = await serve(ondine, "cornell", "--size", "512x512", "--strategy", "cosine");
+  const server = await serve(ondine, ["cornell", "--size", "512x512", "--strategy", "cosine"]);
   const live = await openPage(browser, server.url, { viewport: { width: 1440, height: 960 }, colorScheme: "light" });
   await live.page.selectOption("#tonemap", "aces");
   await live.restart(() => live.page.check("#split"));

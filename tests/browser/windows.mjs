@@ -26,27 +26,35 @@ function rests(pid) {
   });
 }
 
-claim("without a page nothing is rendered, and no image is kept", ["cornell", "--size", "512x512"], async (live, server, { browser }) => {
-  const other = await openPage(browser, server.url);
-  await live.until("samples come", ({ samplesA }) => Number(samplesA) >= 16);
-  const open = await memory(server.pid);
-  await other.close();
-  const { samplesA } = await live.data();
-  await live.until("the render goes on for the page that is left", (data) => Number(data.samplesA) > Number(samplesA));
-  const view = await live.view();
-  await live.page.goto("about:blank");
-  await rests(server.pid);
-  const left = await memory(server.pid);
-  // An image has 100 bytes a pixel: sums and sums of squares of 128 bits, and a count.
-  assert.ok(open - left > 0.8 * 25_600, `of ${open} KiB ${left} are left`);
-  const again = await openPage(browser, server.url);
-  await again.until("samples come again", (data) => Number(data.samplesA) >= 16);
-  assert.deepEqual(await again.view(), view);
-  assert.deepEqual(again.complaints, []);
-  await again.pause();
-  await rests(server.pid);
-  await again.close();
-});
+// What is freed is to be seen as such: otherwise the C library may keep it for later.
+const RETURNED = { environment: { MALLOC_MMAP_THRESHOLD_: "131072" } };
+
+claim(
+  "without a page nothing is rendered, and no image is kept",
+  ["cornell", "--size", "512x512"],
+  async (live, server, { browser }) => {
+    const other = await openPage(browser, server.url);
+    await live.until("samples come", ({ samplesA }) => Number(samplesA) >= 16);
+    const open = await memory(server.pid);
+    await other.close();
+    const { samplesA } = await live.data();
+    await live.until("the render goes on for the page that is left", (data) => Number(data.samplesA) > Number(samplesA));
+    const view = await live.view();
+    await live.page.goto("about:blank");
+    await rests(server.pid);
+    const left = await memory(server.pid);
+    // An image has 100 bytes a pixel: sums and sums of squares of 128 bits, and a count.
+    assert.ok(open - left > 0.9 * 25_600, `of ${open} KiB ${left} are left`);
+    const again = await openPage(browser, server.url);
+    await again.until("samples come again", (data) => Number(data.samplesA) >= 16);
+    assert.deepEqual(await again.view(), view);
+    assert.deepEqual(again.complaints, []);
+    await again.pause();
+    await rests(server.pid);
+    await again.close();
+  },
+  RETURNED,
+);
 
 claim("two pages show one view; exposure is each page's own", ["cornell", "--size", "96x96"], async (live, server, { browser }) => {
   const other = await openPage(browser, server.url);
