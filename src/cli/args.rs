@@ -177,7 +177,15 @@ impl ChangeArgs {
     /// # Errors
     /// As [`builtin::open_changed`].
     pub fn open(&self, scene: &str) -> crate::error::Result<Description> {
-        builtin::open_changed(scene, &self.parse()?, &mut Cache::default())
+        self.open_in(scene, &mut Cache::default())
+    }
+
+    /// The same, with a cache to read more of it from.
+    ///
+    /// # Errors
+    /// As [`builtin::open_changed`].
+    pub fn open_in(&self, scene: &str, cache: &mut Cache) -> crate::error::Result<Description> {
+        builtin::open_changed(scene, &self.parse()?, cache)
     }
 
     /// The changes.

@@ -6,6 +6,7 @@ use super::{Outcome, interrupt, memory};
 use crate::bvh::Quality;
 use crate::error::Result;
 use crate::render::DEFAULT_WAVE;
+use crate::scene::cache::Cache;
 use crate::view::{self, Options, Source};
 use clap::Args;
 use std::net::{IpAddr, Ipv4Addr};
@@ -70,7 +71,8 @@ fn port(text: &str) -> std::result::Result<u16, String> {
 
 pub(super) fn run(args: &ViewArgs) -> Result<Outcome> {
     let changes = args.changes.parse()?;
-    let scene = args.changes.open(&args.scene)?;
+    let mut cache = Cache::default();
+    let scene = args.changes.open_in(&args.scene, &mut cache)?;
     for warning in &scene.warnings {
         super::say(format_args!("warning: {warning}"));
     }
@@ -82,6 +84,7 @@ pub(super) fn run(args: &ViewArgs) -> Result<Outcome> {
     let source = Source {
         scene: args.scene.clone(),
         changes,
+        cache,
         settings,
         target_features: target_features(),
         fits: |settings, images| memory::check(settings, images, "choose a smaller size"),

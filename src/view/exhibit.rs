@@ -33,9 +33,10 @@ impl Exhibit {
     }
 
     /// That of images that begin now.
-    pub fn begin(&self, generation: u64, sides: Vec<Shown>) -> Self {
+    pub fn begin(&self, generation: u64, layer: Layer, sides: Vec<Shown>) -> Self {
         Self {
             generation,
+            layer,
             since: Instant::now(),
             sides,
             ..self.clone()

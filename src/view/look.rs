@@ -13,6 +13,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// A page's numbers are exact up to here.
+const GREATEST_SEED: u64 = 1 << 53;
+
 /// What is looked at. All pages of a server see the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -65,7 +68,7 @@ pub struct Side {
     pub sampler: String,
     /// Greatest number of edges of a path.
     pub path_length: u32,
-    /// Seed. A page's numbers are exact up to 2⁵³.
+    /// Seed.
     pub seed: u64,
     /// First edge at which Russian roulette may end a path.
     pub roulette: Option<u32>,
@@ -183,6 +186,12 @@ impl View {
                 first_hits,
                 lengths,
             } = self.aovs;
+            if side.seed > GREATEST_SEED {
+                return Err(Error::Usage(format!(
+                    "the seed is {}; a page's can be 0 to {GREATEST_SEED}",
+                    side.seed
+                )));
+            }
             let mut settings = base.clone();
             let [width, height] = self.size;
             settings.set_size(width, height);

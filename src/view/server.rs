@@ -20,6 +20,9 @@ use axum::http::{StatusCode, header};
 use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use serde::Deserialize;
 use std::net::{IpAddr, SocketAddr};
@@ -36,6 +39,10 @@ use tokio_util::io::ReaderStream;
 const MOST_READERS: usize = 64;
 /// The most images that are being saved at a time: each takes its place on the disk until it has arrived.
 const MOST_SAVES: usize = 4;
+/// The most connections at a time, beside those of pages that are open.
+const MOST_CONNECTIONS: usize = 256;
+/// How long a request may take to be said.
+const REQUEST: Duration = Duration::from_secs(10);
 /// Bytes of the longest message of a page.
 const LONGEST_MESSAGE: usize = 64 << 10;
 /// How often is looked whether the program is to end.
@@ -171,9 +178,10 @@ pub fn serve(
                 }
             };
             tokio::select! {
-                served = axum::serve(listener, app) => served,
-                () = stopped => Ok(()),
+                () = accept(listener, app) => {}
+                () = stopped => {}
             }
+            Ok(())
         });
         studio.quit();
         let rendered = rendering.join();
@@ -183,6 +191,29 @@ pub fn serve(
             Err(panic) => std::panic::resume_unwind(panic),
         }
     })
+}
+
+/// Serves whoever connects, so many at a time.
+async fn accept(listener: tokio::net::TcpListener, app: Router) {
+    let room = Arc::new(Semaphore::new(MOST_CONNECTIONS));
+    while let Ok(permit) = room.clone().acquire_owned().await {
+        let Ok((stream, _)) = listener.accept().await else {
+            // Whatever the system has run out of, others may give back.
+            tokio::time::sleep(GLANCE).await;
+            continue;
+        };
+        let service = TowerToHyperService::new(app.clone());
+        tokio::spawn(async move {
+            let connection = http1::Builder::new()
+                .timer(TokioTimer::new())
+                .header_read_timeout(REQUEST)
+                .serve_connection(TokioIo::new(stream), service)
+                .with_upgrades();
+            // Who goes away in the middle needs no answer.
+            let _ = connection.await;
+            drop(permit);
+        });
+    }
 }
 
 /// Says that a thread has ended, however it did.

@@ -10,7 +10,7 @@ use crate::film::{exr, png};
 use crate::render::{Rendered, Settings, find_camera, shell_quoted};
 use crate::resume;
 use crate::scene::Scene;
-use crate::scene::builtin::open_changed;
+use crate::scene::builtin::{self, open_changed};
 use crate::scene::cache::Cache;
 use crate::scene::description::{self, Description};
 use crate::scene::toml::Change;
@@ -29,6 +29,8 @@ pub struct Source {
     pub scene: String,
     /// What is changed in it from the beginning.
     pub changes: Vec<Arc<Change>>,
+    /// The files that were read. However they change on the disk, every view is of what they were.
+    pub cache: Cache,
     /// Threads, waves, trees; all else is the view's.
     pub settings: Settings,
     /// The instruction sets that the program was compiled for.
@@ -43,7 +45,6 @@ pub struct Sides {
     /// With the source's own changes alone.
     original: Description,
     pool: rayon::ThreadPool,
-    cache: Cache,
     trees: Trees,
     /// The scene compiled, and with which materials.
     compiled: Option<(BTreeMap<String, MaterialValues>, Arc<Scene>)>,
@@ -63,13 +64,15 @@ struct Open {
 
 impl Sides {
     /// Of a scene that is read already.
-    pub fn new(source: Source, original: Description, pool: rayon::ThreadPool) -> Self {
+    pub fn new(mut source: Source, original: Description, pool: rayon::ThreadPool) -> Self {
+        if source.changes.is_empty() {
+            source.cache.keep(Path::new(&source.scene), &original);
+        }
         Self {
             speed: GUESS * pool.current_num_threads() as f64,
             source,
             original,
             pool,
-            cache: Cache::default(),
             trees: Trees::default(),
             compiled: None,
             open: None,
@@ -105,7 +108,7 @@ impl Sides {
         let changes: Vec<_> = begun.chain(own.iter().cloned()).collect();
         let description = match own[..] {
             [] => self.original.clone(),
-            _ => open_changed(&self.source.scene, &changes, &mut self.cache)?,
+            _ => open_changed(&self.source.scene, &changes, &mut self.source.cache)?,
         };
         let lens = find_camera(&description, Some(&view.camera))?.camera;
         let compiled = self.compiled.take();
@@ -258,6 +261,10 @@ impl Sides {
         ];
         if let (Some(camera), true) = (&settings.camera, open.description.cameras.len() > 1) {
             words.push(format!("--camera={camera}"));
+        }
+        if builtin::find(&self.source.scene).is_none() {
+            // Its file may be another by now.
+            words.push(format!("--scene-hash={}", open.description.hash));
         }
         let changes = open.changes.iter();
         words.extend(changes.map(|change| format!("--set={}={}", change.key, change.value)));

@@ -81,6 +81,8 @@ pub struct Studio {
     stop: AtomicBool,
     /// What there is to be seen.
     pub gallery: Gallery,
+    /// What can always be looked at.
+    start: View,
     current: watch::Sender<Current>,
     report: watch::Sender<Arc<Report>>,
 }
@@ -88,7 +90,7 @@ pub struct Studio {
 impl Studio {
     /// For a view that nobody has looked at yet.
     pub fn new(view: View) -> Self {
-        let layer = view.layer;
+        let (layer, start) = (view.layer, view.clone());
         let current = Current {
             version: 0,
             generation: 0,
@@ -104,6 +106,7 @@ impl Studio {
             news: Condvar::new(),
             stop: AtomicBool::new(false),
             gallery: Gallery::new(layer),
+            start,
             current: watch::Sender::new(current),
             report: watch::Sender::new(Arc::new(report)),
         }
@@ -215,22 +218,22 @@ impl Studio {
                     continue;
                 }
                 version += 1;
-                generation += u64::from(!keeps);
                 view = wanted;
-                let current = Current {
+                let answer = |generation| Current {
                     version,
                     generation,
                     view: view.clone(),
                 };
-                self.gallery.show(|exhibit| {
-                    exhibit.layer = view.layer;
-                    if !keeps {
-                        *exhibit = exhibit.begin(generation, sides.shown());
-                    }
-                });
                 // The answer comes before the news.
-                let _ = reply.send(Ok(current.clone()));
-                self.current.send_replace(current);
+                if keeps {
+                    let _ = reply.send(Ok(answer(generation)));
+                    self.gallery.show(|exhibit| exhibit.layer = view.layer);
+                    self.current.send_replace(answer(generation));
+                } else {
+                    generation += 1;
+                    let _ = reply.send(Ok(answer(generation)));
+                    self.begin(version, generation, &view, &sides);
+                }
                 continue;
             }
             if desk.readers == 0 {
@@ -245,20 +248,14 @@ impl Studio {
             }
             if !sides.is_open() {
                 drop(desk);
-                generation += 1;
-                if sides.set(&view).is_ok() {
-                    version += 1;
-                    self.gallery
-                        .show(|exhibit| *exhibit = exhibit.begin(generation, sides.shown()));
-                    let view = view.clone();
-                    self.current.send_replace(Current {
-                        version,
-                        generation,
-                        view,
-                    });
-                    continue;
+                if sides.set(&view).is_err() {
+                    // What could be looked at before may not fit in memory any more.
+                    view = self.start.clone();
+                    sides.set(&view)?;
                 }
-                desk = self.desk();
+                (version, generation) = (version + 1, generation + 1);
+                self.begin(version, generation, &view, &sides);
+                continue;
             }
             let paused = desk.paused;
             let wishes = std::mem::take(&mut desk.wishes);
@@ -298,6 +295,18 @@ impl Studio {
                 None => self.wait_for_news(paused),
             }
         }
+    }
+
+    /// Tells all that images begin.
+    fn begin(&self, version: u64, generation: u64, view: &View, sides: &Sides) {
+        let shown = sides.shown();
+        self.gallery
+            .show(|exhibit| *exhibit = exhibit.begin(generation, view.layer, shown));
+        self.current.send_replace(Current {
+            version,
+            generation,
+            view: view.clone(),
+        });
     }
 
     /// Waits while there is nothing to be done.

@@ -55,7 +55,7 @@ pub(super) fn load_changed(
     changes: &[Arc<Change>],
     cache: &mut Cache,
 ) -> Result<Description> {
-    let text = text(path)?;
+    let text = cache.text(path)?;
     parse_changed(
         &text,
         &path.display().to_string(),
