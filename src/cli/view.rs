@@ -45,7 +45,7 @@ pub(super) struct ViewArgs {
     #[arg(long, value_name = "ADDRESS", help_heading = "Page", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     listen: IpAddr,
     /// A name that the server goes by, beside localhost and numbers; may be given several times
-    #[arg(long = "host", value_name = "NAME", help_heading = "Page")]
+    #[arg(long = "host", value_name = "NAME", help_heading = "Page", value_parser = host)]
     hosts: Vec<String>,
     /// Open the page in the browser
     #[arg(long, help_heading = "Page")]
@@ -67,6 +67,16 @@ pub(super) struct ViewArgs {
 fn port(text: &str) -> std::result::Result<u16, String> {
     super::args::within(text, 1, usize::from(u16::MAX))
         .and_then(|port| u16::try_from(port).map_err(|error| error.to_string()))
+}
+
+fn host(text: &str) -> std::result::Result<String, String> {
+    let is_name = |c: char| c.is_alphanumeric() || "-._".contains(c);
+    match !text.is_empty() && text.chars().all(is_name) {
+        true => Ok(text.to_owned()),
+        false => {
+            Err("write a name alone, without port or scheme, as in render.example.org".to_owned())
+        }
+    }
 }
 
 pub(super) fn run(args: &ViewArgs) -> Result<Outcome> {

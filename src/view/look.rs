@@ -211,6 +211,12 @@ impl View {
                     false => 0,
                 },
             };
+            if lengths && side.path_length > AovSet::MAX_LENGTHS {
+                return Err(Error::Usage(format!(
+                    "path lengths are recorded up to {}; choose a path length of at most so many",
+                    AovSet::MAX_LENGTHS
+                )));
+            }
             settings.check()?;
             if let Layer::Length(length) = self.layer
                 && !(1..=side.path_length).contains(&length)
@@ -237,7 +243,7 @@ impl View {
         for ((name, now), (_, before)) in now.into_iter().zip(before) {
             if now != before {
                 let text = format!("{key}.{name}={}", now.to_toml());
-                changes.push(Arc::new(Change::parse(&text)?));
+                changes.push(change(&text, "the camera".to_owned())?);
             }
         }
         for (name, wanted) in &self.materials {
@@ -248,7 +254,7 @@ impl View {
                 )));
             };
             for text in texts {
-                changes.push(Arc::new(Change::parse(&text)?));
+                changes.push(change(&text, format!("the material {name:?}"))?);
             }
         }
         Ok(changes)
@@ -264,6 +270,12 @@ impl View {
         };
         with(self) == with(other)
     }
+}
+
+/// From `KEY=VALUE`; `origin` is what errors begin with.
+fn change(text: &str, origin: String) -> Result<Arc<Change>> {
+    let change = Change::parse(text)?;
+    Ok(Arc::new(Change { origin, ..change }))
 }
 
 impl Lens {

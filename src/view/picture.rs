@@ -17,6 +17,9 @@ pub struct Shown {
     pub coarse: Option<Arc<Film>>,
 }
 
+/// Where sides begin in a message, bytes.
+const ALIGNMENT: usize = 8;
+
 impl Shown {
     /// Whether there is nothing yet.
     pub fn is_empty(&self) -> bool {
@@ -60,41 +63,43 @@ struct Values {
 
 /// The picture of a layer.
 pub fn paint(number: u64, generation: u64, layer: Layer, sides: &[Shown]) -> Picture {
-    let mut payload: Vec<u8> = Vec::new();
-    let mut headers = Vec::new();
-    for side in sides {
-        let Some(painted) = paint_side(layer, side) else {
-            continue;
-        };
-        let offset = payload.len();
-        let halves = to_halves(painted.values.values);
-        payload.extend(halves.into_iter().flat_map(f16::to_le_bytes));
-        headers.push(SideHeader {
-            width: painted.region.width(),
-            height: painted.region.height(),
-            channels: painted.values.channels,
-            samples: painted.samples,
-            coarse: painted.coarse,
+    let painted: Vec<Painted> = sides
+        .iter()
+        .filter_map(|side| paint_side(layer, side))
+        .collect();
+    let mut offset = 0;
+    let headers = painted.iter().map(|side| {
+        let bytes = side.values.values.len() * size_of::<f16>();
+        let header = SideHeader {
+            width: side.region.width(),
+            height: side.region.height(),
+            channels: side.values.channels,
+            samples: side.samples,
+            coarse: side.coarse,
             offset,
-            bytes: payload.len() - offset,
-        });
-        // Textures of four-byte words.
-        payload.resize(payload.len().next_multiple_of(8), 0);
-    }
+            bytes,
+        };
+        offset += bytes.next_multiple_of(ALIGNMENT);
+        header
+    });
     let header = Header {
         picture: number,
         generation,
         layer,
-        sides: headers,
+        sides: headers.collect(),
     };
     let mut text = serde_json::to_string(&header).unwrap_or_default();
-    while !(4 + text.len()).is_multiple_of(8) {
+    while !(4 + text.len()).is_multiple_of(ALIGNMENT) {
         text.push(' ');
     }
-    let mut message = Vec::with_capacity(4 + text.len() + payload.len());
+    let mut message = Vec::with_capacity(4 + text.len() + offset);
     message.extend((text.len() as u32).to_le_bytes());
     message.extend(text.as_bytes());
-    message.extend(payload);
+    for side in painted {
+        let halves = to_halves(side.values.values);
+        message.extend(halves.into_iter().flat_map(f16::to_le_bytes));
+        message.resize(message.len().next_multiple_of(ALIGNMENT), 0);
+    }
     Picture {
         number,
         message: message.into(),

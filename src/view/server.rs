@@ -32,12 +32,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Context, Poll};
 use std::time::Duration;
 use tokio::io::{AsyncRead, ReadBuf};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+use tokio::sync::{Semaphore, watch};
 use tokio_util::io::ReaderStream;
 
 /// The most pages at a time.
 const MOST_READERS: usize = 64;
-/// The most images that are being saved at a time: each takes its place on the disk until it has arrived.
+/// The most images that are asked for at a time.
 const MOST_SAVES: usize = 4;
 /// The most connections at a time, beside those of pages that are open.
 const MOST_CONNECTIONS: usize = 256;
@@ -334,18 +334,15 @@ async fn save(server: &Server, side: usize, format: Format) -> Response {
         Ok(saved) => saved,
         Err(error) => return refusal(&error),
     };
-    let (name, line) = (saved.name.clone(), saved.command_line.clone());
-    let opened = tokio::fs::File::open(&saved.path).await;
-    let (file, length) = match opened {
-        Ok(file) => {
-            let length = file.metadata().await.map_or(0, |metadata| metadata.len());
-            (file, length)
-        }
-        Err(source) => {
-            let path = saved.path.clone();
-            return refusal(&Error::Read { path, source });
-        }
-    };
+    // From here on it takes only a connection.
+    drop(permit);
+    let Saved {
+        file,
+        folder,
+        name,
+        command_line,
+    } = saved;
+    let length = file.metadata().map_or(0, |metadata| metadata.len());
     let kind = match format {
         Format::Exr => "image/x-exr",
         Format::Png(_) => "image/png",
@@ -359,22 +356,20 @@ async fn save(server: &Server, side: usize, format: Format) -> Response {
         ),
         (
             header::HeaderName::from_static("ondine-command-line"),
-            utf8_percent_encode(&line, NON_ALPHANUMERIC).to_string(),
+            utf8_percent_encode(&command_line, NON_ALPHANUMERIC).to_string(),
         ),
     ];
     let kept = Kept {
-        file,
-        _saved: saved,
-        _permit: permit,
+        file: tokio::fs::File::from_std(file),
+        _folder: folder,
     };
     (headers, Body::from_stream(ReaderStream::new(kept))).into_response()
 }
 
-/// A file on its way, which is deleted afterwards.
+/// A file on its way, and the folder that goes afterwards.
 struct Kept {
     file: tokio::fs::File,
-    _saved: Saved,
-    _permit: OwnedSemaphorePermit,
+    _folder: Option<tempfile::TempDir>,
 }
 
 impl AsyncRead for Kept {

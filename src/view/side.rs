@@ -32,6 +32,8 @@ pub struct Tracers<'a> {
     pub pool: &'a rayon::ThreadPool,
     /// Once true, no further wave begins.
     pub stop: &'a AtomicBool,
+    /// Called by workers with the number of paths of each wave.
+    pub progress: &'a (dyn Fn(u64) + Sync),
     /// Paths per second.
     pub speed: &'a mut f64,
 }
@@ -81,6 +83,20 @@ struct StageReport {
     report: stats::StageReport,
 }
 
+impl SideReport {
+    /// The same in the middle of a round, of which so many paths were traced in so long.
+    pub fn with(&self, paths: u64, time: Duration) -> Self {
+        let seconds = self.seconds + time.as_secs_f64();
+        let paths = self.paths + paths;
+        Self {
+            seconds,
+            paths,
+            paths_per_s: paths as f64 / seconds.max(1e-9),
+            ..self.clone()
+        }
+    }
+}
+
 impl Side {
     /// An image of which nothing is rendered yet.
     pub fn new(
@@ -115,7 +131,7 @@ impl Side {
 
     /// Whether it has all samples that it shall have.
     pub fn is_done(&self) -> bool {
-        self.samples >= self.settings.spp
+        self.samples >= self.settings.spp && self.missing().is_none()
     }
 
     /// What there is to be seen of it.
@@ -206,7 +222,8 @@ impl Side {
         let pass = settings.region.pixels() as f64 * f64::from(BLOCK);
         let passes = (speed * ROUND.as_secs_f64() / pass).clamp(1.0, 4096.0);
         let target = self.samples.saturating_add(passes as u32 * BLOCK);
-        Ok(target.min(settings.spp))
+        // A limit that was lowered in the middle of a pass does not leave it so.
+        Ok(target.min(settings.spp).max(self.missing().unwrap_or(0)))
     }
 
     /// Renders until every pixel has so many samples.
@@ -320,7 +337,7 @@ impl Balance {
 fn trace(frame: Frame, tracers: &mut Tracers) -> Rendered {
     let control = Control {
         stop: tracers.stop,
-        progress: &|_| (),
+        progress: tracers.progress,
     };
     let rendered = render_frame(frame, tracers.pool, &control);
     let (paths, seconds) = (rendered.stats.paths(), rendered.stats.render.as_secs_f64());

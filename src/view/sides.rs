@@ -16,6 +16,7 @@ use crate::scene::description::{self, Description};
 use crate::scene::toml::Change;
 use crate::scene::trees::Trees;
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -60,6 +61,14 @@ struct Open {
     changes: Vec<Arc<Change>>,
     lens: description::Camera,
     sides: Vec<Side>,
+}
+
+/// Who looks on while a round is rendered.
+pub struct Watcher<'a> {
+    /// Is given what there is to be seen meanwhile.
+    pub begun: &'a dyn Fn(Vec<Shown>),
+    /// Is told by workers of the paths of each wave.
+    pub progress: &'a (dyn Fn(u64) + Sync),
 }
 
 impl Sides {
@@ -178,30 +187,27 @@ impl Sides {
         }
     }
 
-    /// Renders a round of a side, or its next coarse picture. `begun` sees what is shown meanwhile.
+    /// Renders a round of a side, or its next coarse picture.
     ///
     /// # Errors
     /// [`Error::Usage`] where there is no such image.
-    pub fn render(
-        &mut self,
-        index: usize,
-        stop: &AtomicBool,
-        begun: &dyn Fn(Vec<Shown>),
-    ) -> Result<()> {
+    pub fn render(&mut self, index: usize, stop: &AtomicBool, watcher: &Watcher) -> Result<()> {
         let Some(open) = &mut self.open else {
             return Ok(());
         };
         let mut tracers = Tracers {
             pool: &self.pool,
             stop,
+            progress: watcher.progress,
             speed: &mut self.speed,
         };
         let side = open.sides.get_mut(index).ok_or_else(|| no_side(index))?;
         if let Some(scale) = side.next_coarse(*tracers.speed) {
+            tracers.progress = &|_| ();
             return side.render_coarse(scale, &mut tracers);
         }
         let samples = side.begin_round(*tracers.speed)?;
-        begun(open.sides.iter().map(Side::shown).collect());
+        (watcher.begun)(open.sides.iter().map(Side::shown).collect());
         open.sides[index].render(samples, &mut tracers)
     }
 
@@ -213,6 +219,7 @@ impl Sides {
         let mut tracers = Tracers {
             pool: &self.pool,
             stop,
+            progress: &|_| (),
             speed: &mut self.speed,
         };
         let sides = self.open.as_mut().map(|open| &mut open.sides);
@@ -257,7 +264,11 @@ impl Sides {
         let mut words = vec![
             "ondine".to_owned(),
             "render".to_owned(),
-            self.source.scene.clone(),
+            match self.source.scene.starts_with('-') {
+                // It is no option.
+                true => format!("./{}", self.source.scene),
+                false => self.source.scene.clone(),
+            },
         ];
         if let (Some(camera), true) = (&settings.camera, open.description.cameras.len() > 1) {
             words.push(format!("--camera={camera}"));
@@ -304,10 +315,12 @@ impl Sides {
             Some(tonemap) => png::write(&path, &rendered.film, tonemap),
         };
         self.pool.install(write)?;
+        let file = File::open(&path).map_err(|source| Error::Read { path, source })?;
         Ok(Saved {
             command_line: self.command_line(index, tonemap)?,
-            folder,
-            path,
+            file,
+            // Where a file that is open can be deleted, it goes with the program however that ends.
+            folder: cfg!(not(unix)).then_some(folder),
             name,
         })
     }

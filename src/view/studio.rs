@@ -7,12 +7,12 @@
 use super::exhibit::Gallery;
 use super::look::View;
 use super::side::{Side, SideReport};
-use super::sides::Sides;
+use super::sides::{Sides, Watcher};
 use super::wish::{Format, Picked, Reply, Saved, Wish};
 use crate::error::{Error, Result};
 use crate::film::tonemap::Tonemap;
 use serde::Serialize;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{oneshot, watch};
@@ -283,11 +283,15 @@ impl Studio {
             // A pause shows what it stopped at, if only coarsely.
             match next.filter(|_| doing == Doing::Rendering || sides.is_coarse()) {
                 Some(next) => {
-                    let begun = |shown| {
-                        self.gallery
-                            .show(|exhibit| (exhibit.busy, exhibit.sides) = (true, shown));
+                    let meanwhile = Meanwhile::new(self, next);
+                    let watcher = Watcher {
+                        begun: &|shown| {
+                            self.gallery
+                                .show(|exhibit| (exhibit.busy, exhibit.sides) = (true, shown));
+                        },
+                        progress: &|paths| meanwhile.tell(paths),
                     };
-                    sides.render(next, &self.stop, &begun)?;
+                    sides.render(next, &self.stop, &watcher)?;
                     let shown = sides.shown();
                     self.gallery
                         .show(|exhibit| (exhibit.busy, exhibit.sides) = (false, shown));
@@ -366,6 +370,49 @@ impl Studio {
             if sides.make_whole(side, &self.stop)? {
                 return Ok(());
             }
+        }
+    }
+}
+
+/// What is told of a round that takes long.
+struct Meanwhile<'a> {
+    studio: &'a Studio,
+    /// As it was before the round.
+    report: Arc<Report>,
+    side: usize,
+    begin: Instant,
+    paths: AtomicU64,
+    told: Mutex<Instant>,
+}
+
+impl<'a> Meanwhile<'a> {
+    fn new(studio: &'a Studio, side: usize) -> Self {
+        let begin = Instant::now();
+        Self {
+            report: studio.report.borrow().clone(),
+            paths: AtomicU64::new(0),
+            told: Mutex::new(begin),
+            studio,
+            side,
+            begin,
+        }
+    }
+
+    /// A worker has traced so many more paths.
+    fn tell(&self, paths: u64) {
+        let paths = self.paths.fetch_add(paths, Ordering::Relaxed) + paths;
+        // Whoever is not the first goes on.
+        let Ok(mut told) = self.told.try_lock() else {
+            return;
+        };
+        if told.elapsed() < REPORTS {
+            return;
+        }
+        *told = Instant::now();
+        let mut report = Report::clone(&self.report);
+        if let Some(side) = report.sides.get_mut(self.side) {
+            *side = side.with(paths, self.begin.elapsed());
+            self.studio.report.send_replace(Arc::new(report));
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::film::tonemap::Tonemap;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::fs::File;
 use tokio::sync::oneshot;
 
 /// An answer that is waited for elsewhere.
@@ -52,14 +52,13 @@ pub enum Format {
     Png(Tonemap),
 }
 
-/// A file that was written, in a folder of its own.
+/// A file that was written.
 #[derive(Debug)]
 pub struct Saved {
-    /// Goes when this is dropped.
-    #[expect(dead_code, reason = "it is dropped")]
-    pub folder: tempfile::TempDir,
-    /// The file in it.
-    pub path: PathBuf,
+    /// To be read from its beginning.
+    pub file: File,
+    /// The folder that it is in, if that is still there; it goes when this is dropped.
+    pub folder: Option<tempfile::TempDir>,
     /// What a user would call it.
     pub name: String,
     /// What renders the same.

@@ -116,7 +116,8 @@ pub(super) fn apply(text: &str, file: &str, edits: &[Edit]) -> Result<String> {
 
 /// What an error of reading a changed scene says: it may be the changes' fault.
 pub(super) fn blame<'a>(error: Error, changes: impl Iterator<Item = &'a Change>) -> Error {
-    let origins: Vec<&str> = changes.map(|change| change.origin.as_str()).collect();
+    let mut origins: Vec<&str> = changes.map(|change| change.origin.as_str()).collect();
+    origins.dedup();
     Error::Usage(format!("{}: {error}", origins.join(", ")))
 }
 
