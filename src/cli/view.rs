@@ -110,12 +110,9 @@ pub(super) fn run(args: &ViewArgs) -> Result<Outcome> {
             super::say(format_args!("warning: {error}"));
         }
         super::say("Ctrl-C ends it");
-        if let (true, Err(error)) = (
-            args.open,
-            args.open
-                .then(|| open::that_detached(address))
-                .unwrap_or(Ok(())),
-        ) {
+        if args.open
+            && let Err(error) = open::that_detached(address)
+        {
             super::say(format_args!("warning: no browser could be opened: {error}"));
         }
     };

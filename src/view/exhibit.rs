@@ -104,7 +104,8 @@ impl Gallery {
             exhibit = woken.unwrap_or_else(PoisonError::into_inner).0;
         }
         let copy = exhibit.clone();
-        exhibit.awaited = false;
+        // Of what is empty there will be none.
+        exhibit.awaited &= !copy.is_complete();
         copy
     }
 }

@@ -13,9 +13,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A page's numbers are exact up to here.
-const GREATEST_SEED: u64 = 1 << 53;
-
 /// What is looked at. All pages of a server see the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -186,12 +183,6 @@ impl View {
                 first_hits,
                 lengths,
             } = self.aovs;
-            if side.seed > GREATEST_SEED {
-                return Err(Error::Usage(format!(
-                    "the seed is {}; a page's can be 0 to {GREATEST_SEED}",
-                    side.seed
-                )));
-            }
             let mut settings = base.clone();
             let [width, height] = self.size;
             settings.set_size(width, height);
