@@ -37,7 +37,7 @@
 //! | floor | rooms |
 //! |---|---|
 //! | 7 | [`cli`]: arguments become validated settings, and those a command |
-//! | 6 | [`batch`]: many images from one file: jobs, what is there of them, and what is rendered |
+//! | 6 | [`batch`]: many images from one file: jobs, what is there of them, and what is rendered; `view`: the live page |
 //! | 5 | [`mod@render`]: tiles, or light probes, go to rayon workers, one workspace each; [`stats`]: what it took; [`dump`]: every record of a few paths as files, and a port's held to them; [`merge`]: parts of an image, put together; [`resume`]: what there is of an image already |
 //! | 4 | [`wavefront`]: the loop, its five stages, their queues |
 //! | 3 | [`scene`]: what a scene file says, and the tables that kernels read; [`compare`]: whether two images are of one scene, up to noise |
@@ -117,6 +117,15 @@
 //! For more than one machine a batch becomes a [folder of command lines](batch::cluster). Each may be run again at any time;
 //! who runs them is a scheduler's business.
 //!
+//! # The live page
+//!
+//! What a page looks at is a list of changes of the scene and settings, nothing else: so there is always a command line that renders
+//! the same, and `view` opens the changed scene the way `render` does. A round of waves is some whole passes over one side, a tenth
+//! of a second of them; between rounds the film is one that `render` would have made. A change stops the round after the waves in
+//! hand. The first picture after it has as few pixels as can be traced in a fortieth of a second, as fast as the scene was last seen to be.
+//! Pictures are half floats, painted when somebody waits for one, less and less often as the image ages; a page gets the next when it has drawn
+//! the last. So what readers cost does not grow with how slow they are.
+//!
 //! # What makes it quick
 //!
 //! - Six quads that close a box around the rest become a [`shape::Room`]: three slabs, three quotients, no edges to test.
@@ -184,4 +193,6 @@ pub mod sh;
 pub mod shape;
 pub mod stats;
 pub mod texture;
+#[cfg(feature = "view")]
+pub mod view;
 pub mod wavefront;

@@ -8,16 +8,18 @@ mod frame;
 mod many;
 mod plan;
 mod settings;
+mod words;
 
-pub use frame::Frame;
+pub use frame::{FirstHit, Frame};
 pub use many::{Jobs, many};
 pub use settings::Settings;
+pub use words::shell_quoted;
 
 use crate::error::{Error, Result};
 use crate::film::{Coverage, Film};
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
-use crate::scene::description::Description;
+use crate::scene::description::{Description, NamedCamera};
 use crate::stats::Stats;
 use crate::wavefront::{self, Context, Wave, Workspace};
 use crew::Crew;
@@ -110,7 +112,7 @@ pub fn render_on(
     let pool = workers(threads)?;
     let Continuation { before, checkpoint } = continuation;
     let scene = || Arc::new(Scene::compile_with(description, settings.bvh));
-    let camera = find_camera(description, settings)?;
+    let camera = camera_of(description, settings)?;
     let frame = Frame::new(settings, camera, pool.install(scene), before)?
         .checkpoint_every(checkpoint.map(|checkpoint| checkpoint.every));
     let build = begin.elapsed();
@@ -120,27 +122,51 @@ pub fn render_on(
     let stopped = || {
         control.stop.load(Ordering::Relaxed) || deadline.is_some_and(|end| Instant::now() >= end)
     };
-    let crew = Crew::new(threads, &stopped);
-    crew.open(frame, ());
-    crew.close();
-    let result = OnceLock::new();
     let timed = |mut rendered: Rendered| {
         rendered.stats.build = build;
         rendered.stats.render = begin.elapsed();
         rendered.interrupted &= control.stop.load(Ordering::Relaxed);
         rendered
     };
-    let keep = |(): &(), so_far: Rendered| {
+    let keep = |so_far: Rendered| {
         if let Some(checkpoint) = checkpoint {
             (checkpoint.keep)(&timed(so_far));
         }
     };
+    let rendered = work(&trace, frame, &pool, &stopped, &keep, control.progress);
+    Ok(timed(rendered))
+}
+
+/// Renders what a frame lacks, on workers that the caller keeps.
+pub fn render_frame(frame: Frame, pool: &rayon::ThreadPool, control: &Control) -> Rendered {
+    let begin = Instant::now();
+    let stopped = || control.stop.load(Ordering::Relaxed);
+    let trace = wavefront::trace;
+    let mut rendered = work(&trace, frame, pool, &stopped, &drop, control.progress);
+    rendered.stats.render = begin.elapsed();
+    rendered
+}
+
+/// Has every worker of a pool trace waves of one image until it has all of them, or is stopped.
+fn work(
+    trace: &(impl Fn(&Context, &Wave, &mut Workspace) + Sync),
+    frame: Frame,
+    pool: &rayon::ThreadPool,
+    stopped: &(dyn Fn() -> bool + Sync),
+    keep: &(impl Fn(Rendered) + Sync),
+    progress: &(dyn Fn(u64) + Sync),
+) -> Rendered {
+    let crew = Crew::new(pool.current_num_threads(), stopped);
+    crew.open(frame, ());
+    crew.close();
+    let result = OnceLock::new();
+    let keep = |(): &(), so_far: Rendered| keep(so_far);
     let end = |_: Arc<()>, rendered: Rendered| {
         // There is one image, and so one end.
-        let _ = result.set(timed(rendered));
+        let _ = result.set(rendered);
     };
-    pool.broadcast(|_| crew.work(&trace, &keep, &end, control.progress));
-    Ok(result.into_inner().expect("a crew ends what was opened"))
+    pool.broadcast(|_| crew.work(trace, &keep, &end, progress));
+    result.into_inner().expect("a crew ends what was opened")
 }
 
 /// A thread for each processor.
@@ -163,25 +189,37 @@ pub fn workers(threads: usize) -> Result<rayon::ThreadPool> {
         })
 }
 
-/// The camera that the settings ask for.
+/// The camera of that name; the first without one.
 ///
 /// # Errors
 /// [`Error::Usage`] where the scene has none of that name.
-pub(crate) fn find_camera(description: &Description, settings: &Settings) -> Result<Camera> {
-    let cameras = &description.cameras;
-    let named = match &settings.camera {
-        None => cameras.first(),
-        Some(name) => cameras.iter().find(|camera| camera.name == *name),
+pub(crate) fn find_camera<'a>(
+    description: &'a Description,
+    name: Option<&str>,
+) -> Result<&'a NamedCamera> {
+    let mut cameras = description.cameras.iter();
+    let named = match name {
+        None => cameras.next(),
+        Some(name) => cameras.find(|camera| camera.name == name),
     };
-    let Some(named) = named else {
-        let names: Vec<&str> = cameras.iter().map(|camera| camera.name.as_str()).collect();
-        return Err(Error::Usage(format!(
+    named.ok_or_else(|| {
+        let cameras = description.cameras.iter();
+        let names: Vec<&str> = cameras.map(|camera| camera.name.as_str()).collect();
+        Error::Usage(format!(
             "{} has no camera {:?}; it has {}",
             description.name,
-            settings.camera.as_deref().unwrap_or_default(),
+            name.unwrap_or_default(),
             names.join(", ")
-        )));
-    };
+        ))
+    })
+}
+
+/// The camera that the settings ask for, for their size.
+///
+/// # Errors
+/// As [`find_camera`].
+pub(crate) fn camera_of(description: &Description, settings: &Settings) -> Result<Camera> {
+    let named = find_camera(description, settings.camera.as_deref())?;
     Ok(Camera::new(
         &named.camera,
         settings.width,

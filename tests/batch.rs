@@ -8,6 +8,7 @@ use ondine::batch::file::JobFile;
 use ondine::batch::plan::{Job, MOST_JOBS, expand};
 use ondine::batch::scenes::Scenes;
 use ondine::error::Error;
+use std::collections::HashSet;
 use std::path::Path;
 
 /// The jobs of a file whose scenes are built-in, `version` aside.
@@ -306,4 +307,40 @@ fn too_many_jobs_are_refused_before_they_are_made() {
         "2:1",
         &[&format!("more than {MOST_JOBS} jobs"), "split the file"],
     );
+}
+
+#[test]
+fn what_is_no_scene_file_is_changed_like_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    std::fs::write(folder.path().join("a.obj"), obj).unwrap();
+    let text = r#"
+        version = 1
+        [[jobs]]
+        scene = "a.obj"
+        [jobs.set]
+        "camera.vertical_fov" = [20, 30]
+        "materials.white" = [
+            { type = "mirror", reflectance = [1, 1, 1] },
+            { type = "glass", ior = 1.5 },
+        ]
+        [[jobs]]
+        scene = "a.obj"
+        set = { "film.width" = 3 }
+    "#;
+    let file = JobFile::parse(text, &folder.path().join("jobs.toml")).unwrap();
+    let mut scenes = Scenes::default();
+    let mut opened = Vec::new();
+    let jobs = expand(&file, &mut |scene, changes| {
+        let found = scenes.open(scene, changes)?;
+        opened.push(found.clone());
+        Ok(found)
+    });
+    let jobs = jobs.unwrap();
+    let hashes: HashSet<&str> = opened.iter().map(|scene| scene.hash.as_str()).collect();
+    assert_eq!((jobs.len(), opened.len(), hashes.len()), (5, 4, 4));
+    assert!(jobs[..4].iter().all(|job| job.ready.is_ok()));
+    let message = jobs[4].ready.as_ref().unwrap_err();
+    assert!(message.contains("jobs.toml:13:"), "{message}");
+    assert!(message.contains("is no .toml scene"), "{message}");
 }

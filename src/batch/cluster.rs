@@ -181,7 +181,6 @@ fn arguments(job: &Job, ready: &Ready) -> Result<Vec<String>> {
         }
         words.push(format!("--set={}={}", change.key, change.value));
     }
-    let mut add = |option: &str, value: String| words.push(format!("--{option}={value}"));
     let camera = settings.camera.clone().unwrap_or_default();
     // Whoever wrote the scene could have a command run otherwise.
     if camera.contains(char::is_control) {
@@ -192,21 +191,9 @@ fn arguments(job: &Job, ready: &Ready) -> Result<Vec<String>> {
             quoted(&camera)
         )));
     }
-    add("camera", camera);
-    add("scene-hash", ready.scene_hash().to_owned());
-    add("size", format!("{}x{}", settings.width, settings.height));
-    add("crop", settings.region.to_string());
-    add("spp", settings.spp.to_string());
-    add("seed", settings.seed.to_string());
-    add("path-length", settings.path_length.to_string());
-    add("strategy", settings.strategy.to_string());
-    add("sampler", settings.sampler.to_string());
-    if let Some(edge) = settings.roulette {
-        add("roulette", edge.to_string());
-    }
-    if settings.aovs != Default::default() {
-        add("aov", settings.aovs.to_string());
-    }
+    words.push(format!("--camera={camera}"));
+    words.push(format!("--scene-hash={}", ready.scene_hash()));
+    words.extend(settings.words());
     Ok(words)
 }
 

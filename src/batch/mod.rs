@@ -10,6 +10,6 @@ pub mod progress;
 pub mod record;
 pub mod run;
 pub mod scenes;
-pub mod scripts;
+mod scripts;
 pub mod standing;
 pub mod template;

@@ -7,7 +7,7 @@ use super::template::Field;
 use crate::error::{Error, Result};
 use crate::film::exr::ImageHeader;
 use crate::film::tonemap::Tonemap;
-use crate::render::{Settings, find_camera};
+use crate::render::{Settings, camera_of};
 use crate::resume;
 use crate::scene::builtin;
 use crate::scene::description::Description;
@@ -225,7 +225,7 @@ fn ready(
     };
     let checked = settings
         .check()
-        .and_then(|()| find_camera(scene, &settings).map(drop));
+        .and_then(|()| camera_of(scene, &settings).map(drop));
     checked.map_err(|error| format!("{}: {error}", grid.place))?;
     Ok(Ready {
         header: resume::wanted(scene, &settings, ""),

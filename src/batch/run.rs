@@ -7,7 +7,7 @@ use super::standing::Standing;
 use crate::bvh::Quality;
 use crate::error::{Error, Result};
 use crate::film::{Metadata, remove_leftovers};
-use crate::render::{self, Frame, Jobs, Rendered, Settings, all_processors, find_camera, many};
+use crate::render::{self, Frame, Jobs, Rendered, Settings, all_processors, camera_of, many};
 use crate::resume::{self, Before, Other};
 use crate::scene::Scene;
 use crate::scene::description::Description;
@@ -227,7 +227,7 @@ impl<'a> Queue<'a> {
             }
             None => (None, None),
         };
-        let camera = find_camera(&description, &ready.settings)?;
+        let camera = camera_of(&description, &ready.settings)?;
         let scene = desk.compiled(description);
         let frame = Frame::new(&ready.settings, camera, scene, film)?;
         let current = Current {

@@ -1,11 +1,12 @@
 //! The text files of a plan: command lines, and what submits them to Slurm.
 
 use super::cluster::{Plan, PlannedImage};
+use crate::render::shell_quoted;
 use std::path::Path;
 
 /// The files of a plan's folder, by name.
 pub(super) fn files(plan: &Plan, program: &str) -> Vec<(&'static str, String)> {
-    let folder = quoted(&plan.folder.display().to_string());
+    let folder = shell_quoted(&plan.folder.display().to_string());
     vec![
         ("commands.txt", commands(plan, program)),
         ("merges.txt", merges(plan, program)),
@@ -31,7 +32,7 @@ fn merges(plan: &Plan, program: &str) -> String {
         let folder = image.output.parent().unwrap_or(Path::new("/"));
         format!(
             "mkdir -p {} && {}\n",
-            quoted(&folder.display().to_string()),
+            shell_quoted(&folder.display().to_string()),
             joined(&image.merge_words(program, &parts))
         )
     };
@@ -100,29 +101,7 @@ fn log(plan: &Plan, name: &str) -> String {
 fn joined(words: &[String]) -> String {
     words
         .iter()
-        .map(|word| quoted(word))
+        .map(|word| shell_quoted(word))
         .collect::<Vec<_>>()
         .join(" ")
-}
-
-/// A word as a shell takes it.
-pub fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "_-+=./,:@%".contains(c);
-    match !word.is_empty() && word.chars().all(plain) {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', r"'\''")),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::quoted;
-
-    #[test]
-    fn a_word_stays_one_word() {
-        assert_eq!(quoted("--spp=4"), "--spp=4");
-        assert_eq!(quoted(""), "''");
-        assert_eq!(quoted("a b"), "'a b'");
-        assert_eq!(quoted("it's $x"), r"'it'\''s $x'");
-    }
 }

@@ -34,6 +34,7 @@ Examples:
   ondine render room.toml --crop 100,80,228,176 -o part.exr
   ondine render room.toml --aov albedo,normal,depth --tonemap aces --exposure -0.5
   ondine render room.toml --set materials.ball.roughness=0.2 --set 'lights.0.radiance=[20, 18, 15]'
+  ondine render model.glb --set 'camera.position=[1, 2, 3]' --set materials.Wood.roughness=0.4
   ondine render room.toml --json | jq .mpaths_per_s
   ondine render room.toml --spp 4096 --resume            again after a kill: it goes on
   ondine render room.toml --shard 3/16 -o part-3.exr     one part; `ondine merge part-*.exr -o room.exr`
@@ -60,6 +61,9 @@ pub(super) struct Arguments {
 pub(super) enum Command {
     /// Render a scene to an OpenEXR image and a PNG
     Render(RenderArgs),
+    /// Show a scene in the browser while it is rendered
+    #[cfg(feature = "view")]
+    View(super::view::ViewArgs),
     /// Render the jobs of a file: scenes, cameras, parameters
     Batch(batch::BatchArgs),
     /// Put parts of an image together, bit for bit the whole
@@ -158,10 +162,11 @@ pub(super) struct RenderArgs {
     pub wave: u32,
 }
 
-/// Other values for what a scene file says.
+/// Other values for what a scene says.
 #[derive(Args, Debug)]
 pub(super) struct ChangeArgs {
-    /// Change a value of a .toml scene before it is read, as in materials.ball.roughness=0.2; may be given several times
+    /// Another value for what the scene says, as in materials.ball.roughness=0.2; of what is no .toml scene, cameras and
+    /// materials can be changed; may be given several times
     #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Image")]
     set: Vec<String>,
 }
@@ -172,12 +177,24 @@ impl ChangeArgs {
     /// # Errors
     /// As [`builtin::open_changed`].
     pub fn open(&self, scene: &str) -> crate::error::Result<Description> {
-        let changes = self
-            .set
-            .iter()
-            .map(|text| Change::parse(text).map(Arc::new));
-        let changes = changes.collect::<crate::error::Result<Vec<_>>>()?;
-        builtin::open_changed(scene, &changes, &mut Cache::default())
+        self.open_in(scene, &mut Cache::default())
+    }
+
+    /// The same, with a cache to read more of it from.
+    ///
+    /// # Errors
+    /// As [`builtin::open_changed`].
+    pub fn open_in(&self, scene: &str, cache: &mut Cache) -> crate::error::Result<Description> {
+        builtin::open_changed(scene, &self.parse()?, cache)
+    }
+
+    /// The changes.
+    ///
+    /// # Errors
+    /// As [`Change::parse`].
+    pub fn parse(&self) -> crate::error::Result<Vec<Arc<Change>>> {
+        let set = self.set.iter();
+        set.map(|text| Change::parse(text).map(Arc::new)).collect()
     }
 }
 

@@ -21,6 +21,8 @@ mod report;
 mod scenes;
 mod sh;
 mod target;
+#[cfg(feature = "view")]
+mod view;
 
 use crate::error::Result;
 use args::{Arguments, Command};
@@ -60,6 +62,8 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
     };
     let outcome = match &arguments.command {
         Command::Render(args) => render::run(args),
+        #[cfg(feature = "view")]
+        Command::View(args) => view::run(args),
         Command::Batch(args) => batch::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Compare(args) => compare::run(args),

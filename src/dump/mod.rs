@@ -16,7 +16,7 @@ pub mod text;
 
 use crate::error::{Error, Result};
 use crate::film::{BLOCK, BlockSum, Film, Layers, MAX_SAMPLES, Region, block_sum};
-use crate::render::{Settings, find_camera};
+use crate::render::{Settings, camera_of};
 use crate::scene::Scene;
 use crate::scene::description::Description;
 use crate::scene::sensor::Sensor;
@@ -92,7 +92,7 @@ pub fn trace(
 ) -> Result<Dump> {
     settings.check()?;
     check(settings, tile, &samples)?;
-    let camera = find_camera(description, settings)?;
+    let camera = camera_of(description, settings)?;
     let scene = Scene::compile_with(description, settings.bvh);
     let sampler = settings.random_numbers();
     let ctx = settings.context(&scene, Sensor::Camera(&camera), &sampler);

@@ -35,6 +35,7 @@ pub use whole_file::{remove_leftovers, write_whole};
 
 use crate::error::{Error, Result};
 use exact::{Square, Sum};
+use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -83,6 +84,15 @@ impl PixelSums {
     fn variance_of(&self, channel: usize, count: u32) -> f32 {
         exact::variance_of_mean(self.sum[channel], self.square[channel], count) as f32
     }
+}
+
+/// How much noise an image has, as its own samples tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Mean radiance.
+    pub mean: f64,
+    /// Root mean square of the pixels' standard errors, in the unit of radiance; 0 with fewer than two samples.
+    pub error: f64,
 }
 
 /// Some rows of the film.
@@ -258,6 +268,34 @@ impl Film {
     /// Variance of the mean of every pixel of the region, row after row.
     pub fn variances(&self) -> Vec<[f32; 3]> {
         self.collect(Band::variance)
+    }
+
+    /// Samples of every pixel of the region, row after row.
+    pub fn counts(&self) -> Vec<u32> {
+        self.collect(|band, i| band.counts[i])
+    }
+
+    /// How much noise is left, over all pixels and channels of the region; on the threads of the current rayon pool.
+    pub fn noise(&self) -> Noise {
+        let of_band = |band: &Mutex<Band>| {
+            let band = band.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut sums = [0.0; 2];
+            for i in 0..band.counts.len() {
+                let (mean, variance) = (band.mean(i), band.variance(i));
+                for c in 0..3 {
+                    sums[0] += f64::from(mean[c]);
+                    sums[1] += f64::from(variance[c]);
+                }
+            }
+            sums
+        };
+        let of_bands: Vec<[f64; 2]> = self.bands.par_iter().map(of_band).collect();
+        let values = (self.region.pixels() * 3) as f64;
+        let mean = |k: usize| of_bands.iter().map(|sums| sums[k]).sum::<f64>() / values;
+        Noise {
+            mean: mean(0),
+            error: mean(1).sqrt(),
+        }
     }
 
     fn collect<T>(&self, read: impl Fn(&Band, usize) -> T) -> Vec<T> {

@@ -81,8 +81,11 @@ pub fn open(scene: &str) -> Result<Description> {
     open_changed(scene, &[], &mut Cache::default())
 }
 
-/// The same with some values of a .toml scene changed, and meshes and images from a cache; the scene's hash is that of the
-/// changed text.
+/// The same with some values changed, and files from a cache. The hash of a .toml scene is that of the changed text. In any
+/// other scene, cameras and materials can be changed, as if they stood in it as TOML: `camera`, where there is but one, or
+/// `cameras.NAME`, and `materials.NAME`, which changes all materials of that name. A material keeps its textures while its
+/// type stays; of another type it has only its cut-out left. The scene's hash is then that of its hash and of what is other than
+/// before.
 ///
 /// # Errors
 /// As [`open`]; and [`Error::Usage`], with the change's origin, for what cannot be changed so.
@@ -115,28 +118,16 @@ const MOST_LIGHTS: usize = (1 << 22) - 2;
 fn read(scene: &str, changes: &[Arc<Change>], cache: &mut Cache) -> Result<Description> {
     let path = Path::new(scene);
     if path.exists() {
-        let kind = extension(path);
-        if let (Some(change), true) = (changes.first(), kind != "toml" && !kind.is_empty()) {
-            let naming_it = match kind.as_str() {
-                "ply" | "obj" | "gltf" | "glb" => {
-                    format!(" with [[objects]] and mesh = {{ file = {scene:?} }}")
-                }
-                _ => String::new(),
+        if extension(path) == "toml" {
+            return toml::load_changed(path, changes, cache);
+        }
+        if let Some(load) = loader(path) {
+            let found = match changes {
+                [] => load(path)?,
+                // More of it may be to come, with other changes.
+                _ => Description::clone(&*cache.scene(path, load)?),
             };
-            return Err(Error::Usage(format!(
-                "{}: {scene} is no .toml scene, and only such can be changed; write one{naming_it}",
-                change.origin
-            )));
-        }
-        if let Some(mesh) = open_mesh(path) {
-            return mesh.map(framing::complete);
-        }
-        match kind.as_str() {
-            "toml" => return toml::load_changed(path, changes, cache),
-            "pbrt" => return pbrt::load(path),
-            // Packed; `pbrt::load` unpacks it.
-            "gz" if scene.to_lowercase().ends_with(".pbrt.gz") => return pbrt::load(path),
-            _ => {}
+            return toml::edit::change(framing::complete(found), path, changes, cache);
         }
     }
     if let Some(builtin) = find(scene) {
@@ -160,13 +151,26 @@ fn read(scene: &str, changes: &[Arc<Change>], cache: &mut Cache) -> Result<Descr
     )))
 }
 
-/// Reads a file of meshes, as the scene it is; `None` where its name does not say that it is one. What has neither light
-/// nor camera is left so.
-pub(super) fn open_mesh(path: &Path) -> Option<Result<Description>> {
+/// Reads a scene as it stands in its file.
+type Load = fn(&Path) -> Result<Description>;
+
+/// What reads a file that is no .toml scene, by its name.
+fn loader(path: &Path) -> Option<Load> {
+    let is_packed = || path.to_string_lossy().to_lowercase().ends_with(".pbrt.gz");
     match extension(path).as_str() {
-        "ply" => Some(ply::scene(path)),
-        "obj" => Some(obj::load(path)),
-        "gltf" | "glb" => Some(gltf::load(path)),
+        "pbrt" => Some(pbrt::load),
+        // `pbrt::load` unpacks it.
+        "gz" if is_packed() => Some(pbrt::load),
+        _ => mesh_loader(path),
+    }
+}
+
+/// What reads a file of meshes, by its name, as the scene it is. What has neither light nor camera is left so.
+pub(super) fn mesh_loader(path: &Path) -> Option<Load> {
+    match extension(path).as_str() {
+        "ply" => Some(ply::scene),
+        "obj" => Some(obj::load),
+        "gltf" | "glb" => Some(gltf::load),
         _ => None,
     }
 }

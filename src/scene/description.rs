@@ -17,8 +17,10 @@ use std::sync::Arc;
 pub struct Description {
     /// Where it came from: a path as the user named it, or the name of a built-in scene.
     pub name: String,
-    /// SHA-256, in hexadecimal, of the scene's text and of the files it names.
+    /// SHA-256, in hexadecimal, of the scene's text and of the files it names, and of what was changed in it.
     pub hash: String,
+    /// What its own text says, where it is a .toml scene.
+    pub written: Option<Written>,
     /// The cameras, in file order; the first renders unless another is asked for by name. At least one.
     pub cameras: Vec<NamedCamera>,
     /// Size and pixel filter.
@@ -58,6 +60,15 @@ impl Description {
             .into_iter()
             .chain(textures)
     }
+}
+
+/// What a .toml scene says itself, beside the files it names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// Whether it has `[camera]`, rather than `[cameras.NAME]`.
+    pub lone_camera: bool,
+    /// How many of the materials, from the first, are its own.
+    pub materials: usize,
 }
 
 /// A camera and its name; `camera` where the file has but `[camera]`.
@@ -196,6 +207,17 @@ pub struct Maps {
     pub normal: Option<(usize, f32)>,
     /// Cut-out: the surface is there where alpha is at least the cut-off.
     pub alpha: Option<Alpha>,
+}
+
+impl Maps {
+    /// All textures that it names, by index.
+    pub fn textures(&self) -> impl Iterator<Item = usize> {
+        let normal = self.normal.map(|(texture, _)| texture);
+        let alpha = self.alpha.and_then(|alpha| alpha.texture);
+        [self.color, self.metallic_roughness, normal, alpha]
+            .into_iter()
+            .flatten()
+    }
 }
 
 /// An alpha cut-out.

@@ -46,6 +46,7 @@ pub(super) fn nothing(name: &str) -> Description {
     Description {
         name: name.to_owned(),
         hash: String::new(),
+        written: None,
         cameras: Vec::new(),
         film: FilmDescription {
             width: 256,
@@ -79,19 +80,30 @@ pub(super) fn complete(mut scene: Description) -> Description {
     scene
 }
 
-/// The box around all meshes, world space.
-fn bounds(scene: &Description) -> (Vec3, Vec3) {
+/// The lowest and the highest corner of the box around everything that has a surface, world space; infinities where nothing
+/// has.
+pub fn bounds(scene: &Description) -> (Vec3, Vec3) {
     let objects = scene.objects.iter().map(|object| &object.shape);
-    let lights = scene.lights.iter().map(|light| &light.shape);
-    let mut corners = objects.chain(lights).filter_map(|shape| match shape {
-        Shape::Mesh { mesh, transform } => Some((&scene.meshes[*mesh], transform)),
-        _ => None,
-    });
-    let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    corners.by_ref().fold(empty, |bounds, (mesh, transform)| {
-        mesh.positions.iter().fold(bounds, |(low, high), &point| {
-            let point = transform.transform_point3(point);
-            (low.min(point), high.max(point))
-        })
-    })
+    let shapes = objects.chain(scene.lights.iter().map(|light| &light.shape));
+    let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let mut widen = |low: Vec3, high: Vec3| {
+        bounds = (bounds.0.min(low), bounds.1.max(high));
+    };
+    for shape in shapes {
+        match *shape {
+            Shape::Sphere { center, radius } => widen(center - radius, center + radius),
+            Shape::Quad { corner, u, v } => {
+                for point in [corner, corner + u, corner + v, corner + u + v] {
+                    widen(point, point);
+                }
+            }
+            Shape::Mesh { mesh, transform } => {
+                for &point in &scene.meshes[mesh].positions {
+                    let point = transform.transform_point3(point);
+                    widen(point, point);
+                }
+            }
+        }
+    }
+    bounds
 }

@@ -120,6 +120,37 @@ fn a_scene_file_is_rendered_with_its_own_settings_and_camera() {
 }
 
 #[test]
+fn what_is_no_scene_file_is_rendered_with_other_values() {
+    let folder = folder();
+    let obj = "v 0 0 0\nv 1 0 0.3\nv 0 1 0\nf 1 2 3\n";
+    std::fs::write(folder.path().join("a.obj"), obj).unwrap();
+    let info = ondine(&folder, "info a.obj --json").json();
+    let render = |changes: &str| {
+        let line = format!("render a.obj --size 16x12 --spp 1 --no-png --json {changes}");
+        ondine(&folder, &line)
+    };
+    let plain = render("").json();
+    let [position, fov] =
+        ["position", "vertical_fov"].map(|key| info["cameras"][0][key].to_string());
+    let same = render(&format!(
+        "--set camera.position={position} --set camera.vertical_fov={fov}"
+    ));
+    for key in ["image_hash", "scene_hash"] {
+        assert_eq!(same.json()[key], plain[key], "{key}");
+    }
+    let dark = render("--set materials.white.albedo=[0.1,0.1,0.1]").json();
+    assert_ne!(dark["image_hash"], plain["image_hash"]);
+    assert_ne!(dark["scene_hash"], plain["scene_hash"]);
+    let refused = render("--set film.width=3");
+    assert_eq!(refused.code, 2);
+    assert!(
+        refused.stderr.contains("is no .toml scene"),
+        "{}",
+        refused.stderr
+    );
+}
+
+#[test]
 fn time_alone_takes_as_many_samples_as_fit() {
     let folder = folder();
     let line = "render cornell --size 8x8 --time 0.3 --no-png --json";

@@ -1,5 +1,6 @@
 //! glTF files, built here part by part: what becomes of each, and what is refused with which words.
 
+mod changes;
 #[path = "../common/mod.rs"]
 mod common;
 mod files;

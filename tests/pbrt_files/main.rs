@@ -1,6 +1,7 @@
 //! What is read of pbrt-v4 scenes, what is told of the rest, and what is refused, with its place.
 
 mod cameras;
+mod changes;
 mod damage;
 mod directives;
 mod lights;

@@ -5,8 +5,8 @@ use super::super::{Outcome, print, print_json, say};
 use super::Batch;
 use crate::batch::cluster::Plan;
 use crate::batch::progress::Progress;
-use crate::batch::scripts::quoted;
 use crate::error::{Error, Result};
+use crate::render::shell_quoted;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -71,7 +71,7 @@ pub(super) fn write(batch: &Batch, folder: &Path, shards: u32, json: bool) -> Re
 impl Report<'_> {
     fn summary(&self) -> String {
         let folder = self.folder.display();
-        let shell = |path: &Path| quoted(&path.display().to_string());
+        let shell = |path: &Path| shell_quoted(&path.display().to_string());
         format!(
             "Wrote {folder}: {} of {}, in {} of a job array; {} done before\n\
              Slurm: bash {} [OPTIONS OF SBATCH]\n\
@@ -104,7 +104,10 @@ pub(super) fn status(folder: &Path, json: bool) -> Result<Outcome> {
     let progress = Progress::of(&plan);
     let script = |options: &str, name: &str| {
         let path = plan.folder.join(name);
-        format!("sbatch {options}{}", quoted(&path.display().to_string()))
+        format!(
+            "sbatch {options}{}",
+            shell_quoted(&path.display().to_string())
+        )
     };
     let is_done = progress.lacking.is_empty() && progress.unmerged.is_empty();
     let command = match (progress.lacking.is_empty(), progress.unmerged.is_empty()) {
@@ -145,7 +148,7 @@ pub(super) fn status(folder: &Path, json: bool) -> Result<Outcome> {
                 let _ = writeln!(
                     text,
                     "{why}: plan again, with --plan {}; shards that are of the same images are used",
-                    quoted(&plan.folder.display().to_string())
+                    shell_quoted(&plan.folder.display().to_string())
                 );
             }
             _ => {}

@@ -143,6 +143,7 @@ impl World {
         };
         Ok(Description {
             hash: files.digest(),
+            written: None,
             name,
             cameras: vec![NamedCamera {
                 name: "camera".to_owned(),

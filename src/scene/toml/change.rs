@@ -1,4 +1,4 @@
-//! Changes of a scene's text before it is read: other values for some of its keys.
+//! Changes of a text of TOML before it is read: other values for some of its keys.
 
 use super::names::{did_you_mean, list, quoted};
 use crate::error::{Error, Result};
@@ -9,7 +9,7 @@ use toml_edit::{DocumentMut, Item, Key, TableLike, Value};
 /// The tables whose keys are names that the author chose: what is not there cannot be changed.
 const NAMED: [&str; 2] = ["materials", "cameras"];
 
-/// Another value for a key of a scene file.
+/// Another value for a key of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
     /// The key, a dotted path: `materials.ball.roughness`, `lights.0.radiance`.
@@ -26,7 +26,11 @@ impl Change {
     /// # Errors
     /// [`Error::Usage`] where it has no `=`, the key is no path or the value no TOML.
     pub fn parse(text: &str) -> Result<Self> {
-        let (key, value) = text.split_once('=').ok_or_else(|| {
+        // A name in quotes may have one itself.
+        let mut splits = text.match_indices('=').map(|(at, _)| text.split_at(at));
+        let is_key = |(key, _): &(&str, &str)| Key::parse(key).is_ok();
+        let split = splits.find(is_key).map(|(key, value)| (key, &value[1..]));
+        let (key, value) = split.or_else(|| text.split_once('=')).ok_or_else(|| {
             Error::Usage(format!(
                 "--set {text} has no value; write KEY=VALUE, as in materials.ball.roughness=0.2"
             ))
@@ -83,23 +87,26 @@ impl Change {
         }
     }
 
-    fn error(&self, message: impl std::fmt::Display) -> Error {
+    /// An error that begins with the origin.
+    pub(super) fn error(&self, message: impl std::fmt::Display) -> Error {
         Error::Usage(format!("{}: {message}", self.origin))
     }
 }
+
+/// A change, and the key that it changes, part by part.
+pub(super) type Edit = (Arc<Change>, Vec<String>);
 
 /// The text of a scene with all of the changes made, in their order; nothing else of it is touched.
 ///
 /// # Errors
 /// [`Error::Usage`] with a change's origin where the scene has no such place. Text that is no TOML comes back as it is: whoever
 /// reads it says what is wrong.
-pub(super) fn apply(text: &str, file: &str, changes: &[Arc<Change>]) -> Result<String> {
+pub(super) fn apply(text: &str, file: &str, edits: &[Edit]) -> Result<String> {
     let Ok(mut document) = text.parse::<DocumentMut>() else {
         return Ok(text.to_owned());
     };
-    for change in changes {
-        let path = change.path()?;
-        let names: Vec<&str> = path.iter().map(Key::get).collect();
+    for (change, names) in edits {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let value = change.toml()?;
         set(document.as_item_mut(), &names, 0, value)
             .map_err(|message| change.error(format!("{file}: {message}")))?;
@@ -108,14 +115,33 @@ pub(super) fn apply(text: &str, file: &str, changes: &[Arc<Change>]) -> Result<S
 }
 
 /// What an error of reading a changed scene says: it may be the changes' fault.
-pub(super) fn blame(error: Error, changes: &[Arc<Change>]) -> Error {
-    match changes {
-        [] => error,
-        changes => {
-            let origins: Vec<&str> = changes.iter().map(|c| c.origin.as_str()).collect();
-            Error::Usage(format!("{}: {error}", origins.join(", ")))
-        }
-    }
+pub(super) fn blame<'a>(error: Error, changes: impl Iterator<Item = &'a Change>) -> Error {
+    let mut origins: Vec<&str> = changes.map(|change| change.origin.as_str()).collect();
+    origins.dedup();
+    Error::Usage(format!("{}: {error}", origins.join(", ")))
+}
+
+/// That a table has no such name.
+pub(super) fn unknown<'a>(
+    name: &str,
+    owner: &str,
+    known: impl Iterator<Item = &'a str> + Clone,
+) -> String {
+    let hint = did_you_mean(name, known.clone());
+    let there_are = match hint.as_str() {
+        "" => "; there are:",
+        _ => " There are:",
+    };
+    format!(
+        "there is no {} in {owner}{hint}{there_are} {}",
+        quoted(name),
+        list(known)
+    )
+}
+
+/// That a table is changed key by key.
+pub(super) fn is_table<'a>(owner: &str, keys: impl Iterator<Item = &'a str>) -> String {
+    format!("{owner} is a table; change one of its keys: {}", list(keys))
 }
 
 /// Sets `names[depth..]` of an item; what is wrong otherwise.
@@ -140,9 +166,9 @@ fn set(
             let table = tables.get_mut(index);
             let table = table.ok_or_else(|| beyond(name, length, &owner))?;
             match names.len() - depth {
-                1 => Err(format!(
-                    "{owner}.{name} is a table; change one of its keys: {}",
-                    list(table.iter().map(|(key, _)| key))
+                1 => Err(is_table(
+                    &format!("{owner}.{name}"),
+                    table.iter().map(|(key, _)| key),
                 )),
                 _ => set_in(table, names, depth + 1, value),
             }
@@ -183,20 +209,8 @@ fn set_in(
         return set(item, names, depth + 1, value);
     }
     if depth == 1 && NAMED.contains(&names[0]) {
-        let known = || table.iter().map(|(key, _)| key);
-        let hint = did_you_mean(name, known());
-        return Err(format!(
-            "there is no {} in {}{}{} {}",
-            quoted(name),
-            names[0],
-            hint,
-            if hint.is_empty() {
-                "; there are:"
-            } else {
-                " There are:"
-            },
-            list(known())
-        ));
+        let known: Vec<&str> = table.iter().map(|(key, _)| key).collect();
+        return Err(unknown(name, names[0], known.into_iter()));
     }
     if depth == 0 && NAMED.contains(&name) {
         return Err(format!(

@@ -5,7 +5,7 @@ use super::names;
 use super::reader::{Table, Value};
 use crate::error::Result;
 use crate::scene::description::{Environment, Harmonics, LatLong};
-use crate::scene::{hash, lat_long};
+use crate::scene::hash;
 use crate::sh::{self, PUBLISHED, Probe};
 use std::sync::Arc;
 
@@ -78,7 +78,7 @@ pub(super) fn environment(value: Value, files: &mut Files) -> Result<Environment
         }
         _ => Ok(Environment::Image {
             rotate_degrees: rotate_degrees()?,
-            image: Arc::new(image(kind, files)?),
+            image: image(kind, files)?,
         }),
     }
 }
@@ -134,11 +134,9 @@ fn negative(value: Value, harmonics: &Harmonics) -> Option<String> {
     })
 }
 
-fn image(value: Value, files: &mut Files) -> Result<LatLong> {
+fn image(value: Value, files: &mut Files) -> Result<Arc<LatLong>> {
     let path = files.path(value, "a lat-long EXR file")?;
-    let image = lat_long::explained(&path)
-        .map_err(|message| value.error(format!("image {}: {message}", path.display())))?;
-    hash::add_file(&path, &mut files.hasher)
-        .map_err(|error| value.error(format!("image {}: cannot read: {error}", path.display())))?;
-    Ok(image)
+    files
+        .lat_long(&path)
+        .map_err(|message| value.error(format!("image {}: {message}", path.display())))
 }

@@ -4,7 +4,7 @@ use super::reader::Value;
 use crate::error::Result;
 use crate::lanes::Rgb;
 use crate::scene::cache::Cache;
-use crate::scene::description::{Description, Image, Punctual, Shape, Texture};
+use crate::scene::description::{Description, Image, LatLong, Punctual, Shape, Texture};
 use crate::scene::image::ColorSpace;
 use glam::{Affine2, Affine3A, Vec2};
 use sha2::{Digest, Sha256};
@@ -61,6 +61,16 @@ impl<'a> Files<'a> {
             meshes: HashMap::new(),
             images: HashMap::new(),
         }
+    }
+
+    /// A lat-long image; the bytes of its file enter the hash.
+    ///
+    /// # Errors
+    /// What is wrong and what to do, not with which file.
+    pub fn lat_long(&mut self, path: &Path) -> std::result::Result<Arc<LatLong>, String> {
+        let (image, bytes) = self.cache.lat_long(path)?;
+        self.hasher.update(&bytes);
+        Ok(image)
     }
 
     /// The path that a value names, relative to the scene file; `what` is to be named.

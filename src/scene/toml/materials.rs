@@ -17,17 +17,19 @@ pub(super) fn materials(value: Value, files: &mut Files) -> Result<Vec<NamedMate
     let materials = value.table("[materials.NAME]")?.values();
     materials
         .into_iter()
-        .map(|value| {
-            let mut maps = Maps::default();
-            let material = material(value, files, &mut maps)?;
-            surface(&value.table("")?, files, &mut maps)?;
-            Ok(NamedMaterial {
-                name: value.key.to_owned(),
-                material,
-                maps,
-            })
-        })
+        .map(|value| named(value, files, Maps::default()))
         .collect()
+}
+
+/// One of them, which has these maps unless it names others.
+pub(super) fn named(value: Value, files: &mut Files, mut maps: Maps) -> Result<NamedMaterial> {
+    let material = material(value, files, &mut maps)?;
+    surface(&value.table("")?, files, &mut maps)?;
+    Ok(NamedMaterial {
+        name: value.key.to_owned(),
+        material,
+        maps,
+    })
 }
 
 /// What any material may have.
@@ -41,16 +43,17 @@ fn surface(table: &Table, files: &mut Files, maps: &mut Maps) -> Result<()> {
     }
     if let Some(value) = table.get("alpha_cutoff") {
         let cutoff = value.number_where("from 0 to 1", |cutoff| (0.0..=1.0).contains(&cutoff))?;
-        if maps.color.is_none() {
+        let there = maps.alpha.or(maps.color.map(|color| Alpha {
+            texture: Some(color),
+            factor: 1.0,
+            cutoff,
+        }));
+        let Some(alpha) = there else {
             return Err(value.key_error(
                 "alpha_cutoff cuts by the alpha of the colour's texture, and this colour has none; write its colour as { texture = \"leaf.png\" }",
             ));
-        }
-        maps.alpha = Some(Alpha {
-            texture: maps.color,
-            factor: 1.0,
-            cutoff,
-        });
+        };
+        maps.alpha = Some(Alpha { cutoff, ..alpha });
     }
     Ok(())
 }

@@ -3,18 +3,22 @@
 //! Every error names file, line and column, says what is wrong and what to do; unknown keys are errors.
 
 mod change;
+pub(super) mod edit;
 mod environment;
 mod files;
+mod keys;
 mod lights;
 mod materials;
 pub(crate) mod names;
 pub(crate) mod reader;
 mod transform;
 mod world;
+pub mod write;
 
 use super::cache::Cache;
 use super::description::{
     Camera, Description, FilmDescription, Filter, MAX_EDGES, MAX_SIDE, NamedCamera, RenderDefaults,
+    Written,
 };
 use super::{framing, hash};
 use crate::error::{Error, Result};
@@ -22,6 +26,7 @@ use crate::film::MAX_SAMPLES;
 pub use change::Change;
 use files::Files;
 use glam::Vec3;
+pub use keys::{camera_key, maps_kept, material_key, materials_named};
 use reader::{Source, Table, Value};
 use sha2::{Digest, Sha256};
 use std::io::Read;
@@ -50,7 +55,7 @@ pub(super) fn load_changed(
     changes: &[Arc<Change>],
     cache: &mut Cache,
 ) -> Result<Description> {
-    let text = text(path)?;
+    let text = cache.text(path)?;
     parse_changed(
         &text,
         &path.display().to_string(),
@@ -113,11 +118,15 @@ pub(super) fn parse_changed(
     if changes.is_empty() {
         return read(text, file_name, base_dir, cache);
     }
-    let changed = change::apply(text, file_name, changes)?;
+    let edits = changes
+        .iter()
+        .map(|change| Ok((change.clone(), change.names()?)));
+    let edits = edits.collect::<Result<Vec<_>>>()?;
+    let changed = change::apply(text, file_name, &edits)?;
     read(&changed, file_name, base_dir, cache).map_err(|error| {
         // What is wrong without the changes too is not their fault.
         match read(text, file_name, base_dir, cache) {
-            Ok(_) => change::blame(error, changes),
+            Ok(_) => change::blame(error, changes.iter().map(Arc::as_ref)),
             Err(original) => original,
         }
     })
@@ -165,6 +174,10 @@ fn read(
     if let Some(value) = root.get("materials") {
         files.scene.materials = materials::materials(value, &mut files)?;
     }
+    files.scene.written = Some(Written {
+        lone_camera: root.get("camera").is_some(),
+        materials: files.scene.materials.len(),
+    });
     let names: Vec<String> = files
         .scene
         .materials
