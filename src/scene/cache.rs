@@ -89,7 +89,7 @@ impl Cache {
     }
 
     /// Keeps a scene that is no TOML and was read without changes.
-    pub(crate) fn keep(&mut self, path: &Path, scene: &Description) {
+    pub fn keep(&mut self, path: &Path, scene: &Description) {
         self.scenes.insert(path.to_owned(), Arc::new(scene.clone()));
     }
 }

@@ -77,7 +77,7 @@ fn saved_images_have_the_bits_of_their_command_lines() {
     let view = with(
         &start,
         &[
-            ("/lens/position", json!([0.1, 1.0 / 3.0, 2.7182])),
+            ("/lens/position", json!([0.1, 1.0 / 3.0, 2.6543219])),
             ("/lens/look_at", json!([-1e-7, 0.2, -0.7])),
             ("/lens/aperture_radius", json!(0.01)),
             ("/lens/focus_distance", json!(3.1234567)),
