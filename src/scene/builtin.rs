@@ -88,7 +88,7 @@ pub fn open(scene: &str) -> Result<Description> {
 /// before.
 ///
 /// # Errors
-/// As [`open`]; and [`Error::Usage`], with the change's origin, for what cannot be changed so.
+/// As [`open()`]; and [`Error::Usage`], with the change's origin, for what cannot be changed so.
 pub fn open_changed(
     scene: &str,
     changes: &[Arc<Change>],
