@@ -18,8 +18,9 @@ Examples:
   ondine view model.glb --strategy cosine --port 8000
   ssh -L 8000:localhost:8000 HOST ondine view room.toml --port 8000      a scene of another machine
 
-Prints the page's address, and shows the scene there until Ctrl-C. Whoever knows the address can look and change; it is open to
-this machine alone, unless --listen says otherwise. Without a page that is open nothing is rendered.";
+Prints the page's address, and shows the scene there until Ctrl-C. Whoever knows the address can look and
+change; it is open to this machine alone, unless --listen says otherwise. Without a page that is open
+nothing is rendered.";
 
 /// Show a scene in the browser while it is rendered: move, change, compare, save
 #[derive(Args, Debug)]
@@ -28,7 +29,7 @@ pub(super) struct ViewArgs {
     /// A scene (.toml, .gltf, .glb, .pbrt), meshes (.obj, .ply), or the name of a built-in scene (see `ondine scenes`)
     scene: String,
 
-    /// Samples per pixel at which it ends; the page can set another number
+    /// Samples per pixel at which it ends; the page can say another number
     #[arg(long, value_name = "N", default_value_t = 16384, help_heading = "Image",
           allow_negative_numbers = true, value_parser = whole::<u32>)]
     spp: u32,

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::{oneshot, watch};
 
 /// Least time between two reports of what the render has come to.
-const REPORTS: Duration = Duration::from_millis(250);
+const REPORTS: Duration = Duration::from_millis(500);
 
 /// What the studio is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
