@@ -5,6 +5,7 @@ mod ggx;
 mod glass;
 mod lambert;
 mod mirror;
+mod parameters;
 mod phong;
 mod principled;
 
@@ -12,6 +13,7 @@ pub use conductor::Conductor;
 pub use glass::Glass;
 pub use lambert::Lambert;
 pub use mirror::Mirror;
+pub use parameters::Parameter;
 pub use phong::Phong;
 pub use principled::Principled;
 

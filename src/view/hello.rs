@@ -1,9 +1,10 @@
 //! What a page is told first: the scene, and what can be chosen.
 
-use super::look::{Lens, MaterialValues, Parameter, View, parameters};
+use super::look::{Lens, View};
+use super::values::{MaterialValues, Parameter};
 use crate::film::tonemap::Operator;
 use crate::lanes::Rgb;
-use crate::material::{Kind, Material};
+use crate::material::{self, Kind, Material};
 use crate::scene::description::{Description, NamedMaterial, SamplerKind, Strategy};
 use crate::scene::framing;
 use crate::scene::toml::material_key;
@@ -144,7 +145,8 @@ fn material_type(kind: Kind) -> MaterialType {
             ior: 1.5,
         },
     };
-    let parameter = |(name, value): (&'static str, Parameter)| {
+    let parameter = |(name, value): (&'static str, material::Parameter)| {
+        let value = Parameter::from(value);
         let range = match (name, value) {
             (_, Parameter::Color(_)) => None,
             ("exponent", _) => Some((0.0, 1000.0)),
@@ -165,6 +167,6 @@ fn material_type(kind: Kind) -> MaterialType {
     };
     MaterialType {
         kind: kind.name(),
-        parameters: parameters(&material).into_iter().map(parameter).collect(),
+        parameters: material.parameters().into_iter().map(parameter).collect(),
     }
 }

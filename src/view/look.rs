@@ -1,9 +1,8 @@
 //! What is looked at: everything that decides the picture, as the page says it and as `ondine render` is told it.
 
+use super::values::MaterialValues;
 use crate::error::{Error, Result};
 use crate::film::{AovSet, BLOCK, MAX_SAMPLES};
-use crate::lanes::Rgb;
-use crate::material::{Kind, Material};
 use crate::render::{Settings, find_camera};
 use crate::scene::description::{Camera, Description};
 use crate::scene::toml::write::{float, material_changes};
@@ -109,27 +108,6 @@ pub enum Layer {
     Length(u32),
 }
 
-/// A material by the name and the parameters of its type, as scene files have them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MaterialValues {
-    /// Name of the type.
-    #[serde(rename = "type")]
-    pub kind: String,
-    /// Each parameter by name.
-    #[serde(flatten)]
-    pub parameters: BTreeMap<String, Parameter>,
-}
-
-/// A parameter of a material.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Parameter {
-    /// A number.
-    Number(f32),
-    /// Linear RGB.
-    Color([f32; 3]),
-}
-
 impl View {
     /// What a render with these settings would show.
     ///
@@ -233,7 +211,7 @@ impl View {
         let (now, before) = (self.lens.values(), Lens::from(named.camera).values());
         for ((name, now), (_, before)) in now.into_iter().zip(before) {
             if now != before {
-                let text = format!("{key}.{name}={}", now.to_toml());
+                let text = format!("{key}.{name}={now}");
                 changes.push(change(&text, "the camera".to_owned())?);
             }
         }
@@ -270,15 +248,16 @@ fn change(text: &str, origin: String) -> Result<Arc<Change>> {
 }
 
 impl Lens {
-    /// Each value and its key, as in scene files.
-    fn values(&self) -> [(&'static str, Parameter); 6] {
+    /// Each key and its value, as scene files have them.
+    fn values(&self) -> [(&'static str, String); 6] {
+        let point = |point: [f32; 3]| format!("[{}]", point.map(float).join(", "));
         [
-            ("position", Parameter::Color(self.position)),
-            ("look_at", Parameter::Color(self.look_at)),
-            ("up", Parameter::Color(self.up)),
-            ("vertical_fov", Parameter::Number(self.vertical_fov)),
-            ("aperture_radius", Parameter::Number(self.aperture_radius)),
-            ("focus_distance", Parameter::Number(self.focus_distance)),
+            ("position", point(self.position)),
+            ("look_at", point(self.look_at)),
+            ("up", point(self.up)),
+            ("vertical_fov", float(self.vertical_fov)),
+            ("aperture_radius", float(self.aperture_radius)),
+            ("focus_distance", float(self.focus_distance)),
         ]
     }
 }
@@ -305,137 +284,6 @@ impl From<Lens> for Camera {
             vertical_fov: lens.vertical_fov,
             aperture_radius: lens.aperture_radius,
             focus_distance: lens.focus_distance,
-        }
-    }
-}
-
-impl Parameter {
-    fn to_toml(self) -> String {
-        match self {
-            Self::Number(x) => float(x),
-            Self::Color(rgb) => format!("[{}]", rgb.map(float).join(", ")),
-        }
-    }
-}
-
-impl From<Rgb> for Parameter {
-    fn from(color: Rgb) -> Self {
-        Self::Color([color.r, color.g, color.b])
-    }
-}
-
-impl From<f32> for Parameter {
-    fn from(number: f32) -> Self {
-        Self::Number(number)
-    }
-}
-
-impl MaterialValues {
-    /// The material; whether its parameters are in their ranges is for the scene's reader to say.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] where there is no such type, or its parameters are others.
-    fn material(&self) -> Result<Material> {
-        let kind = Kind::ALL.into_iter().find(|kind| kind.name() == self.kind);
-        let kind = kind
-            .ok_or_else(|| Error::Usage(format!("there is no material of type {:?}", self.kind)))?;
-        let number = |name: &str| match self.parameters.get(name) {
-            Some(&Parameter::Number(number)) => Ok(number),
-            _ => Err(self.lacks(name, "a number")),
-        };
-        let color = |name: &str| match self.parameters.get(name) {
-            Some(&Parameter::Color([r, g, b])) => Ok(Rgb::new(r, g, b)),
-            _ => Err(self.lacks(name, "a colour")),
-        };
-        let material = match kind {
-            Kind::Lambert => Material::Lambert {
-                albedo: color("albedo")?,
-            },
-            Kind::Mirror => Material::Mirror {
-                reflectance: color("reflectance")?,
-            },
-            Kind::Glass => Material::Glass {
-                ior: number("ior")?,
-            },
-            Kind::Phong => Material::Phong {
-                diffuse: color("diffuse")?,
-                specular: color("specular")?,
-                exponent: number("exponent")?,
-            },
-            Kind::Conductor => Material::Conductor {
-                roughness: number("roughness")?,
-                reflectance: color("reflectance")?,
-            },
-            Kind::Principled => Material::Principled {
-                base_color: color("base_color")?,
-                metallic: number("metallic")?,
-                roughness: number("roughness")?,
-                ior: number("ior")?,
-            },
-        };
-        let known = parameters(&material);
-        let is_known = |name: &String| known.iter().any(|(known, _)| known == name);
-        match self.parameters.keys().find(|name| !is_known(name)) {
-            Some(other) => Err(Error::Usage(format!(
-                "a material of type {:?} has no {other:?}",
-                self.kind
-            ))),
-            None => Ok(material),
-        }
-    }
-
-    fn lacks(&self, name: &str, what: &str) -> Error {
-        Error::Usage(format!(
-            "a material of type {:?} has {what} for {name:?}",
-            self.kind
-        ))
-    }
-}
-
-/// The parameters of a material, by their names in scene files.
-pub(super) fn parameters(material: &Material) -> Vec<(&'static str, Parameter)> {
-    match *material {
-        Material::Lambert { albedo } => vec![("albedo", albedo.into())],
-        Material::Mirror { reflectance } => vec![("reflectance", reflectance.into())],
-        Material::Glass { ior } => vec![("ior", ior.into())],
-        Material::Phong {
-            diffuse,
-            specular,
-            exponent,
-        } => vec![
-            ("diffuse", diffuse.into()),
-            ("specular", specular.into()),
-            ("exponent", exponent.into()),
-        ],
-        Material::Conductor {
-            roughness,
-            reflectance,
-        } => vec![
-            ("roughness", roughness.into()),
-            ("reflectance", reflectance.into()),
-        ],
-        Material::Principled {
-            base_color,
-            metallic,
-            roughness,
-            ior,
-        } => vec![
-            ("base_color", base_color.into()),
-            ("metallic", metallic.into()),
-            ("roughness", roughness.into()),
-            ("ior", ior.into()),
-        ],
-    }
-}
-
-impl From<&Material> for MaterialValues {
-    fn from(material: &Material) -> Self {
-        let named = parameters(material).into_iter();
-        Self {
-            kind: material.kind().name().to_owned(),
-            parameters: named
-                .map(|(name, value)| (name.to_owned(), value))
-                .collect(),
         }
     }
 }

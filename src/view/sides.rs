@@ -1,8 +1,9 @@
 //! The images under way, one for each side of the view, and what they are made of.
 
-use super::look::{Balance, MaterialValues, View};
+use super::look::{Balance, View};
 use super::picture::Shown;
 use super::side::{Side, Tracers};
+use super::values::MaterialValues;
 use super::wish::{Format, Picked, Saved};
 use crate::error::{Error, Result};
 use crate::film::tonemap::Tonemap;

@@ -1,24 +1,21 @@
 //! Where the view is rendered: one thread that gives rounds of waves to the workers, and starts anew when the view changes.
 //!
-//! A round is some whole passes (16 samples of each pixel) over one side, about [`ROUND`] long. Between rounds an image can be
+//! A round is some whole passes (16 samples of each pixel) over one side, about a tenth of a second long. Between rounds an image can be
 //! saved that any `ondine render` would have made, and the noise be measured. A change stops the round under way after the
 //! waves in hand, some milliseconds each.
 
 use super::exhibit::Gallery;
 use super::look::View;
-use super::side::{Side, SideReport};
-use super::sides::{Sides, Watcher};
+use super::session::Session;
+use super::side::SideReport;
+use super::sides::Sides;
 use super::wish::{Format, Picked, Reply, Saved, Wish};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::film::tonemap::Tonemap;
 use serde::Serialize;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
 use tokio::sync::{oneshot, watch};
-
-/// Least time between two reports of what the render has come to.
-const REPORTS: Duration = Duration::from_millis(500);
 
 /// What the studio is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -78,13 +75,13 @@ pub struct Studio {
     desk: Mutex<Desk>,
     news: Condvar,
     /// Stops the round under way.
-    stop: AtomicBool,
+    pub(super) stop: AtomicBool,
     /// What there is to be seen.
     pub gallery: Gallery,
     /// What can always be looked at.
-    start: View,
-    current: watch::Sender<Current>,
-    report: watch::Sender<Arc<Report>>,
+    pub(super) start: View,
+    pub(super) current: watch::Sender<Current>,
+    pub(super) report: watch::Sender<Arc<Report>>,
 }
 
 impl Studio {
@@ -192,125 +189,35 @@ impl Studio {
     /// Renders until it is told to quit.
     ///
     /// # Errors
-    /// [`Error::Usage`] where an image cannot be rendered that was found to be right.
-    pub fn work(&self, mut sides: Sides) -> Result<()> {
-        let (mut version, mut generation) = (0, 0);
-        let mut view = self.current.borrow().view.clone();
-        // None where there is something to be told at once.
-        let mut reported: Option<Instant> = None;
+    /// [`Error::Usage`](crate::error::Error::Usage) where an image cannot be rendered that was found to be right.
+    pub fn work(&self, sides: Sides) -> Result<()> {
+        let mut session = Session::new(self, sides);
         loop {
             let mut desk = self.desk();
             self.stop.store(false, Ordering::Relaxed);
             if desk.quit {
                 return Ok(());
             }
-            if let Some((wanted, reply)) = desk.view.take() {
+            if let Some((view, reply)) = desk.view.take() {
                 drop(desk);
-                let keeps = view.keeps_samples(&wanted) && sides.is_open();
-                let answer = match keeps {
-                    true => sides.adjust(&wanted),
-                    false => sides.set(&wanted),
-                };
-                reported = None;
-                if let Err(error) = answer {
-                    // Who asked may be gone, here and below.
-                    let _ = reply.send(Err(error));
-                    continue;
-                }
-                version += 1;
-                view = wanted;
-                let answer = |generation| Current {
-                    version,
-                    generation,
-                    view: view.clone(),
-                };
-                // The answer comes before the news.
-                if keeps {
-                    let _ = reply.send(Ok(answer(generation)));
-                    self.gallery.show(|exhibit| exhibit.layer = view.layer);
-                    self.current.send_replace(answer(generation));
-                } else {
-                    generation += 1;
-                    let _ = reply.send(Ok(answer(generation)));
-                    self.begin(version, generation, &view, &sides);
-                }
+                session.look(view, reply);
                 continue;
             }
             if desk.readers == 0 {
                 // Nobody looks: no image needs to be kept.
                 desk.wishes.clear();
-                if sides.is_open() {
-                    sides.close();
-                    self.gallery.show(|exhibit| exhibit.sides.clear());
-                }
+                session.close();
                 drop(self.news.wait(desk));
                 continue;
             }
-            if !sides.is_open() {
-                drop(desk);
-                if sides.set(&view).is_err() {
-                    // What could be looked at before may not fit in memory any more.
-                    view = self.start.clone();
-                    sides.set(&view)?;
-                }
-                (version, generation) = (version + 1, generation + 1);
-                self.begin(version, generation, &view, &sides);
-                continue;
-            }
-            let paused = desk.paused;
-            let wishes = std::mem::take(&mut desk.wishes);
+            let (paused, wishes) = (desk.paused, std::mem::take(&mut desk.wishes));
             drop(desk);
-            if !wishes.is_empty() {
-                for wish in wishes {
-                    self.fulfil(wish, &mut sides);
-                }
-                // A pass may have been ended for it.
-                let shown = sides.shown();
-                self.gallery.show(|exhibit| exhibit.sides = shown);
-                reported = None;
-            }
-            let next = sides.next(view.balance);
-            let doing = match (paused, &next) {
-                (_, None) => Doing::Done,
-                (true, _) => Doing::Paused,
-                _ => Doing::Rendering,
-            };
-            let due = reported.is_none_or(|last| last.elapsed() >= REPORTS);
-            if doing != Doing::Rendering || due {
-                self.report(generation, doing, &sides);
-                reported = Some(Instant::now());
-            }
-            // A pause shows what it stopped at, if only coarsely.
-            match next.filter(|_| doing == Doing::Rendering || sides.is_coarse()) {
-                Some(next) => {
-                    let meanwhile = Meanwhile::new(self, next);
-                    let watcher = Watcher {
-                        begun: &|shown| {
-                            self.gallery
-                                .show(|exhibit| (exhibit.busy, exhibit.sides) = (true, shown));
-                        },
-                        progress: &|paths| meanwhile.tell(paths),
-                    };
-                    sides.render(next, &self.stop, &watcher)?;
-                    let shown = sides.shown();
-                    self.gallery
-                        .show(|exhibit| (exhibit.busy, exhibit.sides) = (false, shown));
-                }
-                None => self.wait_for_news(paused),
+            session.open()?;
+            session.fulfil(wishes);
+            if !session.round(paused)? {
+                self.wait_for_news(paused);
             }
         }
-    }
-
-    /// Tells all that images begin.
-    fn begin(&self, version: u64, generation: u64, view: &View, sides: &Sides) {
-        let shown = sides.shown();
-        self.gallery
-            .show(|exhibit| *exhibit = exhibit.begin(generation, view.layer, shown));
-        self.current.send_replace(Current {
-            version,
-            generation,
-            view: view.clone(),
-        });
     }
 
     /// Waits while there is nothing to be done.
@@ -326,94 +233,11 @@ impl Studio {
         }
     }
 
-    fn report(&self, generation: u64, state: Doing, sides: &Sides) {
-        self.report.send_replace(Arc::new(Report {
-            generation,
-            state,
-            sides: sides.sides().iter().map(Side::report).collect(),
-        }));
-    }
-
-    /// Does what was asked for. Whoever asked may be gone.
-    fn fulfil(&self, wish: Wish, sides: &mut Sides) {
-        match wish {
-            Wish::Pick(x, y, reply) => {
-                let _ = reply.send(sides.pick(x, y));
-            }
-            Wish::CommandLine(side, tonemap, reply) => {
-                let _ = reply.send(
-                    self.whole(side, sides)
-                        .and_then(|()| sides.command_line(side, tonemap)),
-                );
-            }
-            Wish::Save(side, format, reply) => {
-                let _ = reply.send(
-                    self.whole(side, sides)
-                        .and_then(|()| sides.save(side, format)),
-                );
-            }
-        }
-    }
-
-    /// Ends the pass of a side that is under way.
-    fn whole(&self, side: usize, sides: &mut Sides) -> Result<()> {
-        loop {
-            let desk = self.desk();
-            if desk.view.is_some() || desk.quit || desk.readers == 0 {
-                return Err(Error::Usage(
-                    "the view changed before the image was whole; ask again".to_owned(),
-                ));
-            }
-            // Whatever else stops a round can wait.
-            self.stop.store(false, Ordering::Relaxed);
-            drop(desk);
-            if sides.make_whole(side, &self.stop)? {
-                return Ok(());
-            }
-        }
-    }
-}
-
-/// What is told of a round that takes long.
-struct Meanwhile<'a> {
-    studio: &'a Studio,
-    /// As it was before the round.
-    report: Arc<Report>,
-    side: usize,
-    begin: Instant,
-    paths: AtomicU64,
-    told: Mutex<Instant>,
-}
-
-impl<'a> Meanwhile<'a> {
-    fn new(studio: &'a Studio, side: usize) -> Self {
-        let begin = Instant::now();
-        Self {
-            report: studio.report.borrow().clone(),
-            paths: AtomicU64::new(0),
-            told: Mutex::new(begin),
-            studio,
-            side,
-            begin,
-        }
-    }
-
-    /// A worker has traced so many more paths.
-    fn tell(&self, paths: u64) {
-        let paths = self.paths.fetch_add(paths, Ordering::Relaxed) + paths;
-        // Whoever is not the first goes on.
-        let Ok(mut told) = self.told.try_lock() else {
-            return;
-        };
-        if told.elapsed() < REPORTS {
-            return;
-        }
-        *told = Instant::now();
-        let mut report = Report::clone(&self.report);
-        if let Some(side) = report.sides.get_mut(self.side) {
-            *side = side.with(paths, self.begin.elapsed());
-            self.studio.report.send_replace(Arc::new(report));
-        }
+    /// Forgets what stopped the last round, for one that may only be stopped by what is urgent. False where there is such.
+    pub(super) fn goes_on(&self) -> bool {
+        let desk = self.desk();
+        self.stop.store(false, Ordering::Relaxed);
+        desk.view.is_none() && !desk.quit && desk.readers > 0
     }
 }
 

@@ -1,8 +1,7 @@
 //! Parts of a scene as TOML, such that reading them gives the same bits.
 
 use super::keys::{material_key, materials_named};
-use crate::lanes::Rgb;
-use crate::material::Material;
+use crate::material::{Material, Parameter};
 use crate::scene::description::{Camera, Description};
 use glam::Vec3;
 
@@ -29,10 +28,7 @@ pub fn camera(camera: &Camera) -> String {
 /// A material without its textures as the table of one, in one line: `{ type = "lambert", albedo = [0.8, 0.8, 0.8] }`; all of
 /// its keys are there.
 pub fn material(material: &Material) -> String {
-    let parameters = parameters(material);
-    let parameters = parameters
-        .iter()
-        .map(|(key, value)| format!("{key} = {value}"));
+    let parameters = parameters(material).map(|(key, value)| format!("{key} = {value}"));
     let parameters: Vec<String> = parameters.collect();
     let kind = material.kind().name();
     format!("{{ type = \"{kind}\", {} }}", parameters.join(", "))
@@ -56,7 +52,6 @@ pub fn material_changes(
     // A .toml scene says a texture in the place of the colour.
     let has_scale = description.written.is_some() && before.maps.color.is_some();
     let changed = parameters(material)
-        .into_iter()
         .zip(parameters(&before.material))
         .filter(|(new, old)| new != old);
     let changes =
@@ -73,47 +68,17 @@ pub fn material_changes(
 const COLORS: [&str; 4] = ["albedo", "reflectance", "diffuse", "base_color"];
 
 /// What a material says besides its type: keys and values.
-fn parameters(material: &Material) -> Vec<(&'static str, String)> {
-    match *material {
-        Material::Lambert { albedo } => vec![("albedo", color(albedo))],
-        Material::Mirror { reflectance } => vec![("reflectance", color(reflectance))],
-        Material::Glass { ior } => vec![("ior", float(ior))],
-        Material::Phong {
-            diffuse,
-            specular,
-            exponent,
-        } => vec![
-            ("diffuse", color(diffuse)),
-            ("specular", color(specular)),
-            ("exponent", float(exponent)),
-        ],
-        Material::Conductor {
-            roughness,
-            reflectance,
-        } => vec![
-            ("roughness", float(roughness)),
-            ("reflectance", color(reflectance)),
-        ],
-        Material::Principled {
-            base_color,
-            metallic,
-            roughness,
-            ior,
-        } => vec![
-            ("base_color", color(base_color)),
-            ("metallic", float(metallic)),
-            ("roughness", float(roughness)),
-            ("ior", float(ior)),
-        ],
-    }
+fn parameters(material: &Material) -> impl Iterator<Item = (&'static str, String)> {
+    let text = |value: Parameter| match value {
+        Parameter::Number(number) => float(number),
+        Parameter::Color(color) => list(color.to_array()),
+    };
+    let parameters = material.parameters().into_iter();
+    parameters.map(move |(key, value)| (key, text(value)))
 }
 
 fn point(point: Vec3) -> String {
     list(point.to_array())
-}
-
-fn color(color: Rgb) -> String {
-    list(color.to_array())
 }
 
 fn list(values: [f32; 3]) -> String {
