@@ -229,15 +229,24 @@ impl Reader<'_> {
 
     /// Ends the talk with what no page of this server would say.
     async fn refuse(&mut self, why: &str) -> std::result::Result<(), Gone> {
-        // A close frame holds 123 bytes of reason.
-        let reason: String = why.chars().filter(char::is_ascii).take(120).collect();
-        let close = CloseFrame {
-            code: close_code::POLICY,
-            reason: reason.into(),
-        };
-        self.send(Message::Close(Some(close))).await?;
+        self.send(goodbye(why)).await?;
         Err(Gone)
     }
+}
+
+/// Closes a page, and says why.
+pub async fn close(mut socket: WebSocket, why: &str) {
+    // If it does not hear it, it is gone.
+    let _ = timeout(PATIENCE, socket.send(goodbye(why))).await;
+}
+
+fn goodbye(why: &str) -> Message {
+    // A close frame holds 123 bytes of reason.
+    let reason: String = why.chars().filter(char::is_ascii).take(120).collect();
+    Message::Close(Some(CloseFrame {
+        code: close_code::POLICY,
+        reason: reason.into(),
+    }))
 }
 
 /// The answer that is waited for; never, where none is.

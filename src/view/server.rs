@@ -256,16 +256,19 @@ fn file(name: &str) -> Response {
 }
 
 async fn events(State(server): State<Arc<Server>>, upgrade: WebSocketUpgrade) -> Response {
-    let Ok(permit) = server.readers.clone().try_acquire_owned() else {
-        let message = format!("{MOST_READERS} pages are open already; close one");
-        return (StatusCode::SERVICE_UNAVAILABLE, message).into_response();
-    };
+    let permit = server.readers.clone().try_acquire_owned();
     upgrade
         .max_message_size(LONGEST_MESSAGE)
         .max_frame_size(LONGEST_MESSAGE)
         .on_upgrade(move |socket| async move {
-            reader::talk(socket, &server).await;
-            drop(permit);
+            match permit {
+                Ok(_permit) => reader::talk(socket, &server).await,
+                // Of a refusal before there is a socket, a page would not see the reason.
+                Err(_) => {
+                    let why = format!("{MOST_READERS} pages are open already, close one");
+                    reader::close(socket, &why).await;
+                }
+            }
         })
 }
 

@@ -71,15 +71,27 @@ impl Server {
         )
     }
 
-    /// A page that is open.
-    fn open(&self) -> Page {
+    fn socket(&self) -> WebSocket<TcpStream> {
         let stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let url = format!("ws://{}/{}/events", self.host(), self.token);
         let mut request = url.into_client_request().unwrap();
         let origin = format!("http://{}", self.host()).parse().unwrap();
         request.headers_mut().insert("Origin", origin);
-        let (socket, _) = tungstenite::client(request, stream).unwrap();
+        tungstenite::client(request, stream).unwrap().0
+    }
+
+    /// Why a page that would open is closed at once.
+    fn refused(&self) -> String {
+        match self.socket().read().unwrap() {
+            Message::Close(Some(close)) => close.reason.to_string(),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// A page that is open.
+    fn open(&self) -> Page {
+        let socket = self.socket();
         let mut page = Page {
             socket,
             view: Value::Null,

@@ -71,6 +71,17 @@ fn a_page_that_is_closed_frees_its_render() {
 }
 
 #[test]
+fn one_page_too_many_is_told_so() {
+    let server = Server::start(Path::new("."), "cornell --size 16x16 --threads 1");
+    let pages: Vec<Page> = (0..64).map(|_| server.open()).collect();
+    let reason = server.refused();
+    assert_eq!(reason, "64 pages are open already, close one");
+    drop(pages);
+    std::thread::sleep(Duration::from_secs(1));
+    server.open();
+}
+
+#[test]
 fn all_pages_see_one_view() {
     let server = Server::start(Path::new("."), "cornell --size 32x32 --threads 1");
     let (mut one, mut other) = (server.open(), server.open());
