@@ -220,7 +220,9 @@ impl Side {
             self.film = Some(Arc::new(film));
         }
         let pass = settings.region.pixels() as f64 * f64::from(BLOCK);
-        let passes = (speed * ROUND.as_secs_f64() / pass).clamp(1.0, 4096.0);
+        // Short ones at first, so that the curve of errors has its points.
+        let growth = f64::from(self.samples / BLOCK) * (CURVE_STEP - 1.0);
+        let passes = (speed * ROUND.as_secs_f64() / pass).min(growth).max(1.0);
         let target = self.samples.saturating_add(passes as u32 * BLOCK);
         // A limit that was lowered in the middle of a pass does not leave it so.
         Ok(target.min(settings.spp).max(self.missing().unwrap_or(0)))
