@@ -13,7 +13,7 @@ mod words;
 pub use frame::{FirstHit, Frame};
 pub use many::{Jobs, many};
 pub use settings::Settings;
-pub use words::shell_quoted;
+pub use words::{shell_line, shell_quoted};
 
 use crate::error::{Error, Result};
 use crate::film::{Coverage, Film};

@@ -160,7 +160,7 @@ impl Setting {
             "aov" => Self::Aov(value.text()?.parse().map_err(parsed)?),
             "png" => Self::Png(value.flag()?),
             "tonemap" => Self::Tonemap(value.choice()?),
-            _ => Self::Exposure(value.number_where("from -64 to 64", |ev| ev.abs() <= 64.0)?),
+            _ => Self::Exposure(value.number_where("from -64 to 64", Tonemap::can_expose)?),
         })
     }
 }

@@ -1,7 +1,7 @@
 //! The text files of a plan: command lines, and what submits them to Slurm.
 
 use super::cluster::{Plan, PlannedImage};
-use crate::render::shell_quoted;
+use crate::render::{shell_line, shell_quoted};
 use std::path::Path;
 
 /// The files of a plan's folder, by name.
@@ -19,7 +19,7 @@ pub(super) fn files(plan: &Plan, program: &str) -> Vec<(&'static str, String)> {
 /// A command line for each shard.
 fn commands(plan: &Plan, program: &str) -> String {
     let parts = plan.parts();
-    let line = |words: Vec<String>| joined(&words) + "\n";
+    let line = |words: Vec<String>| shell_line(&words) + "\n";
     plan.shards()
         .map(|(image, shard)| line(image.render_words(program, &parts, shard)))
         .collect()
@@ -33,7 +33,7 @@ fn merges(plan: &Plan, program: &str) -> String {
         format!(
             "mkdir -p {} && {}\n",
             shell_quoted(&folder.display().to_string()),
-            joined(&image.merge_words(program, &parts))
+            shell_line(&image.merge_words(program, &parts))
         )
     };
     plan.images.iter().map(line).collect()
@@ -96,12 +96,4 @@ echo "shards are job ${{shards%%;*}}, merging is job ${{merge%%;*}}"
 fn log(plan: &Plan, name: &str) -> String {
     let folder = plan.folder.display().to_string().replace('%', "%%");
     format!("\"{}/logs/{name}\"", folder.replace('"', "\\\""))
-}
-
-fn joined(words: &[String]) -> String {
-    words
-        .iter()
-        .map(|word| shell_quoted(word))
-        .collect::<Vec<_>>()
-        .join(" ")
 }

@@ -3,7 +3,7 @@
 use super::{batch, compare, dump, merge, sh};
 use crate::bvh::Quality;
 pub(super) use crate::film::parse_size as size;
-use crate::film::tonemap::Operator;
+use crate::film::tonemap::{Operator, Tonemap};
 use crate::film::{AovSet, Region, Shard};
 use crate::render::DEFAULT_WAVE;
 use crate::scene::builtin;
@@ -149,6 +149,13 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "SECONDS", help_heading = "Running",
           allow_negative_numbers = true, value_parser = seconds)]
     pub time: Option<Duration>,
+    #[command(flatten)]
+    pub workers: WorkerArgs,
+}
+
+/// How the work is done: no bit of an image depends on it.
+#[derive(Args, Debug)]
+pub(super) struct WorkerArgs {
     /// Worker threads [default: one for each processor]
     #[arg(long, value_name = "N", help_heading = "Running",
           allow_negative_numbers = true, value_parser = whole::<usize>)]
@@ -177,15 +184,7 @@ impl ChangeArgs {
     /// # Errors
     /// As [`builtin::open_changed`].
     pub fn open(&self, scene: &str) -> crate::error::Result<Description> {
-        self.open_in(scene, &mut Cache::default())
-    }
-
-    /// The same, with a cache to read more of it from.
-    ///
-    /// # Errors
-    /// As [`builtin::open_changed`].
-    pub fn open_in(&self, scene: &str, cache: &mut Cache) -> crate::error::Result<Description> {
-        builtin::open_changed(scene, &self.parse()?, cache)
+        builtin::open_changed(scene, &self.parse()?, &mut Cache::default())
     }
 
     /// The changes.
@@ -358,7 +357,7 @@ pub(super) fn within(text: &str, low: usize, high: usize) -> Result<usize, Strin
 pub(super) fn exposure(text: &str) -> Result<f32, String> {
     text.parse()
         .ok()
-        .filter(|exposure: &f32| exposure.abs() <= 64.0)
+        .filter(|&exposure| Tonemap::can_expose(exposure))
         .ok_or_else(|| {
             "an exposure is a number from -64 to 64; 1 doubles the brightness".to_owned()
         })

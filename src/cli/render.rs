@@ -1,6 +1,6 @@
 //! `ondine render`: arguments to settings, the render, and what becomes of it.
 
-use super::args::{PictureArgs, RenderArgs, SettingsArgs};
+use super::args::{PictureArgs, RenderArgs, SettingsArgs, WorkerArgs};
 use super::outputs::{Outputs, spare_inputs};
 use super::progress::Progress;
 use super::report::{Report, Samples, counted, seconds};
@@ -240,6 +240,18 @@ impl SettingsArgs {
     }
 }
 
+impl WorkerArgs {
+    /// The settings with these arguments.
+    pub fn of(&self, settings: Settings) -> Settings {
+        Settings {
+            threads: self.threads.or(settings.threads),
+            wave: self.wave,
+            bvh: self.bvh,
+            ..settings
+        }
+    }
+}
+
 /// The settings of a render.
 fn settings(args: &RenderArgs, scene: &Description) -> Settings {
     let mut settings = args.settings.of(scene);
@@ -250,17 +262,14 @@ fn settings(args: &RenderArgs, scene: &Description) -> Settings {
         settings.spp = MAX_SAMPLES;
     }
     let samples = args.samples.clone().unwrap_or(0..settings.spp);
-    Settings {
+    args.workers.of(Settings {
         spp: args.spp.unwrap_or(samples.end),
         first_sample: samples.start,
         shard: args.shard,
         aovs: args.aov.unwrap_or(settings.aovs),
-        threads: args.threads.or(settings.threads),
-        wave: args.wave,
-        bvh: args.bvh,
         time: args.time,
         ..settings
-    }
+    })
 }
 
 /// Writes the files on as many threads as the render had: the image first, which holds everything.

@@ -1,11 +1,10 @@
 //! `ondine view`: arguments to a scene and a server.
 
-use super::args::{ChangeArgs, SettingsArgs, choice, whole};
+use super::args::{ChangeArgs, SettingsArgs, WorkerArgs, whole};
 use super::target::target_features;
 use super::{Outcome, interrupt, memory};
-use crate::bvh::Quality;
 use crate::error::Result;
-use crate::render::DEFAULT_WAVE;
+use crate::scene::builtin;
 use crate::scene::cache::Cache;
 use crate::view::{self, Options, Source};
 use clap::Args;
@@ -52,17 +51,8 @@ pub(super) struct ViewArgs {
     #[arg(long, help_heading = "Page")]
     open: bool,
 
-    /// Worker threads [default: one for each processor]
-    #[arg(long, value_name = "N", help_heading = "Running",
-          allow_negative_numbers = true, value_parser = whole::<usize>)]
-    threads: Option<usize>,
-    /// How trees of triangles are built: fast, or best (slower to build, faster to trace); changes the speed alone
-    #[arg(long, default_value = "fast", help_heading = "Running", value_parser = choice::<Quality>(&["fast", "best"]))]
-    bvh: Quality,
-    /// Paths that a worker carries at a time; changes the speed alone
-    #[arg(long, value_name = "N", default_value_t = DEFAULT_WAVE, help_heading = "Running",
-          allow_negative_numbers = true, value_parser = whole::<u32>)]
-    wave: u32,
+    #[command(flatten)]
+    workers: WorkerArgs,
 }
 
 fn port(text: &str) -> std::result::Result<u16, String> {
@@ -83,14 +73,13 @@ fn host(text: &str) -> std::result::Result<String, String> {
 pub(super) fn run(args: &ViewArgs) -> Result<Outcome> {
     let changes = args.changes.parse()?;
     let mut cache = Cache::default();
-    let scene = args.changes.open_in(&args.scene, &mut cache)?;
+    let scene = builtin::open_changed(&args.scene, &changes, &mut cache)?;
     for warning in &scene.warnings {
         super::say(format_args!("warning: {warning}"));
     }
     let mut settings = args.settings.of(&scene);
     settings.spp = args.spp;
-    settings.threads = args.threads;
-    (settings.bvh, settings.wave) = (args.bvh, args.wave);
+    let settings = args.workers.of(settings);
     settings.check()?;
     let source = Source {
         scene: args.scene.clone(),

@@ -42,6 +42,11 @@ impl Operator {
 }
 
 impl Tonemap {
+    /// Whether an exposure is one that can be asked for: up to 64 either way.
+    pub fn can_expose(exposure: f32) -> bool {
+        exposure.abs() <= 64.0
+    }
+
     /// The sRGB code of a channel, 0 to 255.
     pub fn encode(self, radiance: f32) -> u8 {
         self.encoder()(radiance)

@@ -28,6 +28,12 @@ impl Settings {
     }
 }
 
+/// Words as the line of a shell.
+pub fn shell_line(words: &[String]) -> String {
+    let words: Vec<String> = words.iter().map(|word| shell_quoted(word)).collect();
+    words.join(" ")
+}
+
 /// A word as a shell takes it.
 pub fn shell_quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-+=./,:@%".contains(c);

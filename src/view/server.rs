@@ -128,8 +128,13 @@ pub fn serve(
     let start = View::of(&scene, &source.settings)?;
     let failed = |error: std::io::Error| Error::Usage(format!("cannot serve the page: {error}"));
     let address = SocketAddr::new(options.address, options.port);
-    let listener = std::net::TcpListener::bind(address)
-        .map_err(|error| Error::Usage(format!("cannot listen on {address}: {error}; choose another --port, or none for any that is free")))?;
+    let listener = std::net::TcpListener::bind(address).map_err(|error| {
+        let remedy = match error.kind() {
+            std::io::ErrorKind::AddrNotAvailable => "--listen takes an address of this machine",
+            _ => "choose another --port, or none for any that is free",
+        };
+        Error::Usage(format!("cannot listen on {address}: {error}; {remedy}"))
+    })?;
     listener.set_nonblocking(true).map_err(failed)?;
     let address = listener.local_addr().map_err(failed)?;
     let token = guard::token()
@@ -291,7 +296,7 @@ impl ImageQuery {
             return Ok(None);
         }
         let exposure = exposure.unwrap_or(0.0);
-        if exposure.is_nan() || exposure.abs() > 64.0 {
+        if !Tonemap::can_expose(exposure) {
             let message = "an exposure is a number from -64 to 64";
             return Err(Error::Usage(message.to_owned()));
         }

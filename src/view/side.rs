@@ -211,21 +211,27 @@ impl Side {
         Ok(())
     }
 
-    /// Makes room for the image, and says how many samples it shall have after the next round.
-    pub fn begin_round(&mut self, speed: f64) -> Result<u32> {
+    /// Makes room for the image, if there is none.
+    pub fn make_room(&mut self) -> Result<()> {
         let settings = &self.settings;
         if self.film.is_none() {
             let (width, height) = (settings.width, settings.height);
             let film = Film::new(width, height, settings.region, settings.layers())?;
             self.film = Some(Arc::new(film));
         }
+        Ok(())
+    }
+
+    /// How many samples the image shall have after the next round.
+    pub fn next_round(&self, speed: f64) -> u32 {
+        let settings = &self.settings;
         let pass = settings.region.pixels() as f64 * f64::from(BLOCK);
         // Short ones at first, so that the curve of errors has its points.
         let growth = f64::from(self.samples / BLOCK) * (CURVE_STEP - 1.0);
         let passes = (speed * ROUND.as_secs_f64() / pass).min(growth).max(1.0);
         let target = self.samples.saturating_add(passes as u32 * BLOCK);
         // A limit that was lowered in the middle of a pass does not leave it so.
-        Ok(target.min(settings.spp).max(self.missing().unwrap_or(0)))
+        target.min(settings.spp).max(self.missing().unwrap_or(0))
     }
 
     /// Renders until every pixel has so many samples.

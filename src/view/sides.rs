@@ -8,7 +8,7 @@ use super::wish::{Format, Picked, Saved};
 use crate::error::{Error, Result};
 use crate::film::tonemap::Tonemap;
 use crate::film::{exr, png};
-use crate::render::{Rendered, Settings, find_camera, shell_quoted};
+use crate::render::{Rendered, Settings, find_camera, shell_line};
 use crate::resume;
 use crate::scene::Scene;
 use crate::scene::builtin::{self, open_changed};
@@ -207,7 +207,8 @@ impl Sides {
             tracers.progress = &|_| ();
             return side.render_coarse(scale, &mut tracers);
         }
-        let samples = side.begin_round(*tracers.speed)?;
+        side.make_room()?;
+        let samples = side.next_round(*tracers.speed);
         (watcher.begun)(open.sides.iter().map(Side::shown).collect());
         open.sides[index].render(samples, &mut tracers)
     }
@@ -227,7 +228,7 @@ impl Sides {
         let side = sides.and_then(|sides| sides.get_mut(index));
         let side = side.ok_or_else(|| no_side(index))?;
         if let Some(samples) = side.missing() {
-            side.begin_round(*tracers.speed)?;
+            side.make_room()?;
             side.render(samples, &mut tracers)?;
         }
         Ok(side.missing().is_none())
@@ -286,8 +287,7 @@ impl Sides {
             words.push(format!("--exposure={exposure}"));
         }
         words.push(format!("--output={}.exr", self.name(&settings)));
-        let words: Vec<String> = words.iter().map(|word| shell_quoted(word)).collect();
-        Ok(words.join(" "))
+        Ok(shell_line(&words))
     }
 
     /// Writes a file of what there is of a side.
