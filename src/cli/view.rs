@@ -17,9 +17,9 @@ Examples:
   ondine view model.glb --strategy cosine --port 8000
   ssh -L 8000:localhost:8000 HOST ondine view room.toml --port 8000      a scene of another machine
 
-Prints the page's address, and shows the scene there until Ctrl-C. Whoever knows the address can look and
-change; it is open to this machine alone, unless --listen says otherwise. Without a page that is open
-nothing is rendered.";
+Prints the page's address, and shows the scene there until Ctrl-C. Whoever knows the address can
+look and change; it is open to this machine alone, unless --listen says otherwise.
+Without a page that is open nothing is rendered.";
 
 /// Show a scene in the browser while it is rendered: move, change, compare, save
 #[derive(Args, Debug)]
