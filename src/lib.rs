@@ -175,6 +175,7 @@
 //!   and the plain difference, each where it is exact, take its place.
 
 pub mod batch;
+pub mod bench;
 pub mod bvh;
 pub mod cli;
 pub mod compare;

@@ -139,10 +139,19 @@ pub fn render_on(
 
 /// Renders what a frame lacks, on workers that the caller keeps.
 pub fn render_frame(frame: Frame, pool: &rayon::ThreadPool, control: &Control) -> Rendered {
+    render_frame_by(&wavefront::trace, frame, pool, control)
+}
+
+/// The same, with another way from a wave to the radiance of its paths.
+pub fn render_frame_by(
+    trace: &(impl Fn(&Context, &Wave, &mut Workspace) + Sync),
+    frame: Frame,
+    pool: &rayon::ThreadPool,
+    control: &Control,
+) -> Rendered {
     let begin = Instant::now();
     let stopped = || control.stop.load(Ordering::Relaxed);
-    let trace = wavefront::trace;
-    let mut rendered = work(&trace, frame, pool, &stopped, &drop, control.progress);
+    let mut rendered = work(trace, frame, pool, &stopped, &drop, control.progress);
     rendered.stats.render = begin.elapsed();
     rendered
 }

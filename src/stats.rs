@@ -32,17 +32,21 @@ pub struct StageReport {
 impl Stats {
     /// Camera paths traced.
     pub fn paths(&self) -> u64 {
-        self.tally.alive.first().copied().unwrap_or(0)
+        self.tally.edges().first().map_or(0, |edge| edge.alive)
     }
 
     /// Rays traced: closest hit, last edge and shadow.
     pub fn rays(&self) -> u64 {
-        self.tally.alive.iter().sum::<u64>() + self.tally.shadow_rays
+        self.tally
+            .edges()
+            .iter()
+            .map(|edge| edge.alive + edge.shadow_rays)
+            .sum()
     }
 
     /// Rays alive at each bounce: place 0 holds the camera rays.
-    pub fn queue_sizes(&self) -> &[u64] {
-        &self.tally.alive
+    pub fn queue_sizes(&self) -> Vec<u64> {
+        self.tally.edges().iter().map(|edge| edge.alive).collect()
     }
 
     /// A count per second of the render loop, in millions.
@@ -54,8 +58,8 @@ impl Stats {
     pub fn stages(&self) -> BTreeMap<&'static str, StageReport> {
         Stage::ALL
             .iter()
-            .zip(&self.tally.stages)
-            .map(|(stage, sums)| {
+            .map(|&stage| {
+                let sums = self.tally.stage(stage);
                 let report = StageReport {
                     seconds: sums.time.as_secs_f64(),
                     items: sums.items,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Rooms and their floors. `record!` is exported at the root, from the lanes.
-const FLOORS: [(&str, u32); 24] = [
+const FLOORS: [(&str, u32); 25] = [
     ("lanes", 0),
     ("record", 0),
     ("error", 0),
@@ -24,6 +24,7 @@ const FLOORS: [(&str, u32); 24] = [
     ("merge", 5),
     ("resume", 5),
     ("batch", 6),
+    ("bench", 6),
     ("view", 6),
     ("cli", 7),
     ("main", 7),

@@ -1,6 +1,6 @@
 //! Raw arguments: what can be typed. What it means together is for the commands to check.
 
-use super::{batch, compare, dump, merge, sh};
+use super::{batch, bench, compare, dump, merge, sh};
 use crate::bvh::Quality;
 pub(super) use crate::film::parse_size as size;
 use crate::film::tonemap::{Operator, Tonemap};
@@ -74,6 +74,8 @@ pub(super) enum Command {
     Info(InfoArgs),
     /// Measure how fast given rays meet a mesh
     Rays(RaysArgs),
+    /// Measure this machine and this build, with proof that the images are right
+    Bench(bench::BenchArgs),
     /// Spherical harmonics: the basis, lobes, environments, shading, probes
     #[command(subcommand)]
     Sh(sh::Command),

@@ -4,6 +4,7 @@
 
 mod args;
 mod batch;
+mod bench;
 mod compare;
 mod dump;
 mod info;
@@ -72,6 +73,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitC
         Command::Sh(command) => sh::run(command),
         Command::Scenes(args) => scenes::run(args),
         Command::Dump(args) => dump::run(args),
+        Command::Bench(args) => bench::run(args),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -108,7 +108,7 @@ impl Report {
             mrays_per_s: stats.millions_per_second(stats.rays()),
             peak_rss_bytes: peak_rss_bytes(),
             stages: stats.stages(),
-            queue_sizes: stats.queue_sizes().to_vec(),
+            queue_sizes: stats.queue_sizes(),
             rejected_samples: film.rejected(),
             image_hash: film.image_hash(),
             outputs: Vec::new(),

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::sensor::Sensor;
 use crate::wavefront::queues::Encounter;
-use crate::wavefront::{Context, Stage, Wave, Workspace, trace_first};
+use crate::wavefront::{Context, Wave, Workspace, trace_first};
 use glam::Vec3;
 use std::sync::Arc;
 use std::time::Duration;
@@ -179,6 +179,6 @@ impl Frame {
         };
         self.film
             .add(wave.tile(), wave.samples, &ws.radiance[..paths], layers);
-        ws.tally.end(Stage::Accumulate, 0);
+        ws.tally.added();
     }
 }

@@ -20,7 +20,7 @@ use crate::scene::description::{Description, MAX_SIDE};
 use crate::scene::sensor::{Sensor, probe_directions};
 use crate::sh::{Basis, MAX_DEGREE, Probe, coefficients};
 use crate::stats::Stats;
-use crate::wavefront::{self, Context, Stage, Tally, Wave, Workspace};
+use crate::wavefront::{self, Context, Tally, Wave, Workspace};
 use glam::Vec3;
 use std::f64::consts::PI;
 use std::sync::Mutex;
@@ -114,7 +114,7 @@ pub fn bake(
                         &mut values,
                     );
                 }
-                ws.tally.end(Stage::Accumulate, 0);
+                ws.tally.added();
                 (control.progress)(wave.paths() as u64);
             }
             let mut slot = slot.lock().unwrap_or_else(|poisoned| poisoned.into_inner());

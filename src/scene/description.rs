@@ -396,7 +396,7 @@ macro_rules! choices {
         impl std::str::FromStr for $type {
             type Err = $crate::error::Error;
 
-            fn from_str(name: &str) -> Result<Self, $crate::error::Error> {
+            fn from_str(name: &str) -> std::result::Result<Self, $crate::error::Error> {
                 $crate::scene::description::choose($what, name, Self::NAMES)
             }
         }

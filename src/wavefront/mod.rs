@@ -10,7 +10,7 @@ pub mod shade;
 mod tally;
 
 pub use queues::Workspace;
-pub use tally::{Stage, Tally};
+pub use tally::{EdgeTally, Stage, StageTally, Tally};
 
 use crate::film::{AovSet, Region};
 use crate::lanes::Rgbx8;
@@ -112,7 +112,7 @@ pub fn trace_observed(
         if alive == 0 {
             break;
         }
-        ws.tally.alive(edge, alive);
+        ws.tally.begin(edge, alive);
         let last = edge == ctx.path_length && edge > 1;
         // On its last edge a path can but find light: no need to know what else it meets.
         let only_lights = last && !meshes.is_some_and(|meshes| meshes.emits);
@@ -185,7 +185,7 @@ pub fn trace_first(
     generate::rays(ctx, wave, &mut ws.rays);
     let paths = ws.rays.len();
     ws.tally.end(Stage::Generate, paths);
-    ws.tally.alive(1, paths);
+    ws.tally.begin(1, paths);
     meet(ctx, false, ws);
     ws.tally.end(Stage::Intersect, paths);
     accumulate::encounters(ctx, &ws.encounters, &mut ws.radiance);

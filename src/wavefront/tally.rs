@@ -51,24 +51,40 @@ pub struct StageTally {
     pub lanes: u64,
 }
 
+impl StageTally {
+    fn add(&mut self, other: &Self) {
+        self.time += other.time;
+        self.items += other.items;
+        self.lanes += other.lanes;
+    }
+}
+
+/// What a worker counts of one path edge.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct EdgeTally {
+    /// By [`Stage`].
+    pub stages: [StageTally; 5],
+    /// Closest-hit rays that were alive at its beginning.
+    pub alive: u64,
+    /// Shadow rays from its end.
+    pub shadow_rays: u64,
+}
+
 /// A worker's sums.
 #[derive(Clone, Debug)]
 pub struct Tally {
-    /// By [`Stage`].
-    pub stages: [StageTally; 5],
-    /// Closest-hit rays alive at each path edge, from the first.
-    pub alive: Vec<u64>,
-    /// Shadow rays.
-    pub shadow_rays: u64,
+    /// By path edge; place 0 is what belongs to no edge: the first rays are made, the film adds.
+    edges: Vec<EdgeTally>,
+    /// The edge under way.
+    edge: usize,
     clock: Instant,
 }
 
 impl Default for Tally {
     fn default() -> Self {
         Self {
-            stages: Default::default(),
-            alive: Vec::new(),
-            shadow_rays: 0,
+            edges: vec![EdgeTally::default()],
+            edge: 0,
             clock: Instant::now(),
         }
     }
@@ -77,46 +93,70 @@ impl Default for Tally {
 impl Tally {
     /// A wave begins: what passed before belongs to no stage.
     pub fn start(&mut self) {
+        self.edge = 0;
         self.clock = Instant::now();
+    }
+
+    /// A path edge begins, counted from 1, with that many rays; the stages that end from now on are its own.
+    pub fn begin(&mut self, edge: u32, rays: usize) {
+        self.edge = edge as usize;
+        if self.edges.len() <= self.edge {
+            self.edges.resize(self.edge + 1, EdgeTally::default());
+        }
+        self.edges[self.edge].alive += rays as u64;
     }
 
     /// A stage ends: the time since the last end is its own.
     pub fn end(&mut self, stage: Stage, items: usize) {
         let now = Instant::now();
-        let sums = &mut self.stages[stage as usize];
+        let sums = &mut self.edges[self.edge].stages[stage as usize];
         sums.time += now - self.clock;
         sums.items += items as u64;
         sums.lanes += (items.div_ceil(WIDTH) * WIDTH) as u64;
         self.clock = now;
     }
 
-    /// Counts the rays alive at a path edge, which counts from 1.
-    pub fn alive(&mut self, edge: u32, rays: usize) {
-        let edge = edge as usize;
-        if self.alive.len() < edge {
-            self.alive.resize(edge, 0);
-        }
-        self.alive[edge - 1] += rays as u64;
+    /// The whole wave has entered the film, or what takes its place.
+    pub fn added(&mut self) {
+        self.edge = 0;
+        self.end(Stage::Accumulate, 0);
     }
 
     /// Counts shadow rays.
     pub fn shadows(&mut self, rays: usize) {
-        self.shadow_rays += rays as u64;
+        self.edges[self.edge].shadow_rays += rays as u64;
     }
 
     /// Adds another worker's sums.
     pub fn merge(&mut self, other: &Tally) {
-        for (mine, theirs) in self.stages.iter_mut().zip(&other.stages) {
-            mine.time += theirs.time;
-            mine.items += theirs.items;
-            mine.lanes += theirs.lanes;
+        if self.edges.len() < other.edges.len() {
+            self.edges.resize(other.edges.len(), EdgeTally::default());
         }
-        if self.alive.len() < other.alive.len() {
-            self.alive.resize(other.alive.len(), 0);
+        for (mine, theirs) in self.edges.iter_mut().zip(&other.edges) {
+            mine.alive += theirs.alive;
+            mine.shadow_rays += theirs.shadow_rays;
+            for (mine, theirs) in mine.stages.iter_mut().zip(&theirs.stages) {
+                mine.add(theirs);
+            }
         }
-        for (mine, theirs) in self.alive.iter_mut().zip(&other.alive) {
-            *mine += theirs;
+    }
+
+    /// Each path edge, from the first.
+    pub fn edges(&self) -> &[EdgeTally] {
+        &self.edges[1..]
+    }
+
+    /// What belongs to no edge: the first rays are made, the film adds.
+    pub fn wave(&self) -> &EdgeTally {
+        &self.edges[0]
+    }
+
+    /// A stage of all edges together.
+    pub fn stage(&self, stage: Stage) -> StageTally {
+        let mut sums = StageTally::default();
+        for edge in &self.edges {
+            sums.add(&edge.stages[stage as usize]);
         }
-        self.shadow_rays += other.shadow_rays;
+        sums
     }
 }

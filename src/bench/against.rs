@@ -1,0 +1,110 @@
+//! What became faster or slower since another run.
+
+use super::report::{Report, VERSION};
+use super::series::Series;
+use crate::error::{Error, Result};
+use std::path::Path;
+
+/// Probability that one figure is marked though nothing changed within a run; between runs see [`NOISE`].
+const ALPHA: f64 = 1e-3;
+
+/// Two runs on a quiet machine agree this far, relative: what is closer is not marked.
+pub const NOISE: f64 = 0.03;
+
+/// What a figure did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// No more than noise.
+    Same,
+    /// Takes less time.
+    Faster,
+    /// Takes more time.
+    Slower,
+}
+
+/// One figure of both runs.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// What was measured.
+    pub name: String,
+    /// Median seconds of the old run and of the new one.
+    pub seconds: [f64; 2],
+    /// New over old.
+    pub ratio: f64,
+    /// Probability of such ranks where nothing changed.
+    pub p: f64,
+    /// What to make of it.
+    pub change: Change,
+}
+
+/// Reads the report of another run.
+///
+/// # Errors
+/// [`Error::Read`], and [`Error::Format`] where it is none, or of other work.
+pub fn read(path: &Path) -> Result<Report> {
+    let text = std::fs::read_to_string(path).map_err(|source| Error::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    let wrong = |what: String| Error::format(path, what);
+    let remedy = "give a file that `ondine bench --json` wrote";
+    // First of all: a later version may have other fields.
+    let value: serde_json::Value = serde_json::from_str(&text)
+        .map_err(|error| wrong(format!("is no JSON ({error}); {remedy}")))?;
+    match value.get("version").and_then(serde_json::Value::as_u64) {
+        Some(version) if version == u64::from(VERSION) => {}
+        Some(version) => {
+            return Err(wrong(format!(
+                "is of version {version} of the suite, and this program has version {VERSION}: their work differs; run \
+                 the suite again with that program and this one's"
+            )));
+        }
+        None => return Err(wrong(format!("is no report of a suite; {remedy}"))),
+    }
+    serde_json::from_value(value).map_err(|error| wrong(format!("is damaged ({error}); {remedy}")))
+}
+
+/// Compares what both runs measured.
+///
+/// # Errors
+/// [`Error::Usage`] where they did not do the same work: other suites, other numbers of threads.
+pub fn compare(old: &Report, new: &Report, noise: f64) -> Result<Vec<Figure>> {
+    let differ = |what: &str, [old, new]: [String; 2]| {
+        Err(Error::Usage(format!(
+            "the old report has {what} {old}, and this one {new}: only equal work can be compared"
+        )))
+    };
+    if old.suite != new.suite {
+        return differ("the suite", [&old.suite, &new.suite].map(String::clone));
+    }
+    if old.threads != new.threads {
+        return differ(
+            "a number of threads of",
+            [old.threads, new.threads].map(|n| n.to_string()),
+        );
+    }
+    let before = old.figures();
+    let figures = new.figures().into_iter().filter_map(|(name, now)| {
+        let (_, then) = before.iter().find(|(other, _)| *other == name)?;
+        Some(figure(name, then, now, noise))
+    });
+    Ok(figures.collect())
+}
+
+fn figure(name: String, then: &Series, now: &Series, noise: f64) -> Figure {
+    let seconds = [then.median(), now.median()];
+    let ratio = seconds[1] / seconds[0];
+    let p = then.same(now);
+    let change = match p < ALPHA {
+        true if ratio > 1.0 + noise => Change::Slower,
+        true if ratio < 1.0 / (1.0 + noise) => Change::Faster,
+        _ => Change::Same,
+    };
+    Figure {
+        name,
+        seconds,
+        ratio,
+        p,
+        change,
+    }
+}
