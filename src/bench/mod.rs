@@ -17,4 +17,4 @@ mod run;
 
 pub use report::Report;
 pub use run::{Look, Plan, run};
-pub use scenes::{CASES, Suite};
+pub use scenes::{CASES, Case, Suite};

@@ -51,7 +51,7 @@ pub struct Report {
 pub struct Score {
     /// None where it is withheld.
     pub value: Option<f64>,
-    /// Why it is withheld, a line for each image that is wrong.
+    /// Why it is withheld, a line for each reason.
     pub withheld: Vec<String>,
 }
 
@@ -242,7 +242,7 @@ impl CaseReport {
                 name: stage.name().to_owned(),
                 items: sums.items,
                 lane_use: lane_use(&sums),
-                mitems_per_s: sums.items as f64 / thread_s.median() / 1e6,
+                mitems_per_s: sums.items as f64 / thread_s.median().max(1e-9) / 1e6,
                 thread_s,
             }
         };
@@ -303,14 +303,22 @@ fn bounce(edge: usize, runs: &[Stats], waves: u64) -> Bounce {
 
 impl Report {
     /// Gives the score, or says why there is none.
-    pub fn judge(&mut self) {
-        let withheld: Vec<String> = self.cases.iter().filter_map(CaseReport::fault).collect();
+    pub(super) fn judge(&mut self, suite: Suite) {
+        let mut withheld: Vec<String> = self.cases.iter().filter_map(CaseReport::fault).collect();
+        if self.cases.len() < suite.cases().count() {
+            withheld.push("not all scenes of the suite were run".to_owned());
+        }
         let logs = self.cases.iter().map(|case| libm::log(case.mpaths_per_s));
         let mean = libm::exp(logs.sum::<f64>() / self.cases.len() as f64);
         self.score = Score {
             value: withheld.is_empty().then_some(mean),
             withheld,
         };
+    }
+
+    /// Whether an image is wrong.
+    pub fn is_wrong(&self) -> bool {
+        self.cases.iter().any(|case| case.fault().is_some())
     }
 
     /// Every time that was measured, by a name for people: seconds.

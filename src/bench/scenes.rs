@@ -89,9 +89,12 @@ pub const CASES: &[Case] = cases! {
 impl Suite {
     /// Its scenes.
     pub fn cases(self) -> impl Iterator<Item = &'static Case> {
-        CASES
-            .iter()
-            .filter(move |case| case.is_quick || self == Suite::Full)
+        CASES.iter().filter(move |case| self.has(case))
+    }
+
+    /// Whether a scene is one of them.
+    pub fn has(self, case: &Case) -> bool {
+        case.is_quick || self == Suite::Full
     }
 
     /// Samples per pixel of a scene.

@@ -3,6 +3,7 @@
 //! Results go to stdout; progress and messages to stderr. Exit codes: 0 done, 1 the answer is no or a job failed, 2 bad input or usage, 130 interrupted.
 
 mod args;
+mod bars;
 mod batch;
 mod bench;
 mod compare;
@@ -14,6 +15,7 @@ mod interrupt;
 mod memory;
 mod merge;
 mod outputs;
+mod page;
 mod plot;
 mod progress;
 mod rays;

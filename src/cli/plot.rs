@@ -13,7 +13,7 @@ use std::path::Path;
 const SIZE: (u32, u32) = (760, 480);
 
 /// Told apart by the colour-blind, and in grey (Okabe & Ito 2008, "Color Universal Design").
-const COLOURS: [RGBColor; 6] = [
+pub(super) const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -103,7 +103,11 @@ impl Plot {
         })
     }
 
-    fn svg(&self) -> std::result::Result<String, Box<dyn std::error::Error>> {
+    /// The same as text.
+    ///
+    /// # Errors
+    /// None that is known: a string takes everything.
+    pub fn svg(&self) -> std::result::Result<String, Box<dyn std::error::Error>> {
         let shown: Vec<Vec<(f64, f64)>> = self.lines.iter().map(|line| self.shown(line)).collect();
         let x = Ticks::new(self.x.scale, shown.iter().flatten().map(|point| point.0));
         let y = Ticks::new(self.y.scale, shown.iter().flatten().map(|point| point.1));
@@ -205,7 +209,7 @@ fn power_of_ten(exponent: f64) -> String {
 
 /// What an axis covers, and where its lines are, in places on its scale.
 #[derive(Debug)]
-struct Ticks {
+pub(super) struct Ticks {
     scale: Scale,
     low: f64,
     high: f64,
@@ -218,7 +222,7 @@ impl Ticks {
     const LABELS: f64 = 7.0;
 
     /// Round numbers around these places.
-    fn new(scale: Scale, places: impl Iterator<Item = f64>) -> Self {
+    pub fn new(scale: Scale, places: impl Iterator<Item = f64>) -> Self {
         let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| {
             (low.min(place), high.max(place))
         });

@@ -1,15 +1,19 @@
 //! `ondine bench`: arguments to a plan, the run, and what is made of it.
 
+mod html;
+mod plots;
+mod roofline;
 mod text;
 
 use super::args::{choice, repeats, threads};
 use super::target::target_features;
 use super::{Outcome, interrupt, memory, outputs};
 use crate::bench::against::{self, Change, NOISE};
-use crate::bench::{self, Look, Plan, Report, Suite};
+use crate::bench::{self, CASES, Case, Look, Plan, Report, Suite};
 use crate::error::{Error, Result};
 use crate::film::write_whole;
 use crate::render::all_processors;
+use crate::scene::toml::names;
 use crate::wavefront;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -35,6 +39,9 @@ pub(super) struct BenchArgs {
     /// How much is measured: quick, or full (ten million triangles, more samples, all sizes of waves: 4 GB, ten minutes)
     #[arg(long, default_value = "quick", value_parser = choice::<Suite>(&["quick", "full"]))]
     suite: Suite,
+    /// Only these scenes of the suite, by name; there is no score then
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = scene)]
+    scenes: Vec<&'static Case>,
     /// Numbers of threads to measure scaling with; all else is measured on the greatest [default: 1, 2, 4 ... all]
     #[arg(long, value_name = "N,...", value_delimiter = ',', allow_negative_numbers = true, value_parser = threads)]
     threads: Vec<usize>,
@@ -63,7 +70,7 @@ pub(super) struct BenchArgs {
 
 pub(super) fn run(args: &BenchArgs) -> Result<Outcome> {
     if let Some(folder) = &args.export {
-        return export(args.suite, folder);
+        return export(&args.cases(), folder);
     }
     let json = args.json.as_deref().filter(|path| *path != Path::new("-"));
     let old = args.compare.as_deref().map(against::read).transpose()?;
@@ -73,11 +80,12 @@ pub(super) fn run(args: &BenchArgs) -> Result<Outcome> {
     }
     let plan = Plan {
         suite: args.suite,
+        cases: args.cases(),
         threads: numbers_of_threads(&args.threads),
         repeats: args.repeat,
         target_features: target_features(),
     };
-    fits(args.suite)?;
+    fits(&plan.cases)?;
     let Some(report) = measure(&plan, args.quiet)? else {
         super::say("interrupted: nothing was written");
         return Ok(Outcome::Interrupted);
@@ -87,19 +95,25 @@ pub(super) fn run(args: &BenchArgs) -> Result<Outcome> {
             .map_err(|error| Error::Usage(format!("no JSON can be made: {error}")))?;
         write_whole(path, |file| writeln!(file, "{text}"))?;
     }
+    let figures = old
+        .as_ref()
+        .map(|old| against::compare(old, &report, args.noise / 100.0));
+    let figures = figures.transpose()?;
+    if let Some(path) = &args.html {
+        html::write(path, &report, figures.as_deref())?;
+    }
+    let compared = old.as_ref().zip(figures.as_ref());
+    let compared = compared.map(|(old, figures)| text::against(old, &report, figures, args.noise));
     match json.is_none() && args.json.is_some() {
-        true => super::print_json(&report)?,
-        false => super::print(&text::text(&report))?,
+        true => {
+            super::print_json(&report)?;
+            compared.iter().for_each(super::say);
+        }
+        false => super::print(&(text::text(&report) + &compared.unwrap_or_default()))?,
     }
-    let figures = old.map(|old| {
-        against::compare(&old, &report, args.noise / 100.0).map(|figures| (old, figures))
-    });
-    let mut is_slower = false;
-    if let Some((old, figures)) = figures.transpose()? {
-        is_slower = figures.iter().any(|figure| figure.change == Change::Slower);
-        super::say(text::against(&old, &report, &figures, args.noise));
-    }
-    Ok(match report.score.value.is_none() || is_slower {
+    let slower = |figure: &against::Figure| figure.change == Change::Slower;
+    let is_slower = figures.is_some_and(|figures| figures.iter().any(slower));
+    Ok(match report.is_wrong() || is_slower {
         true => Outcome::Differs,
         false => Outcome::Done,
     })
@@ -152,10 +166,10 @@ fn numbers_of_threads(asked: &[usize]) -> Vec<usize> {
 ///
 /// # Errors
 /// [`Error::Usage`] where they do not.
-fn fits(suite: Suite) -> Result<()> {
+fn fits(cases: &[&Case]) -> Result<()> {
     /// Bytes of a triangle: mesh, tree, and what building the tree takes.
     const TRIANGLE: u64 = 250;
-    let triangles: usize = suite.cases().map(|case| case.triangles()).sum();
+    let triangles: usize = cases.iter().map(|case| case.triangles()).sum();
     let needed = triangles as u64 * TRIANGLE;
     memory::check_bytes(
         needed,
@@ -164,12 +178,12 @@ fn fits(suite: Suite) -> Result<()> {
     )
 }
 
-fn export(suite: Suite, folder: &Path) -> Result<Outcome> {
+fn export(cases: &[&Case], folder: &Path) -> Result<Outcome> {
     std::fs::create_dir_all(folder).map_err(|source| Error::Write {
         path: folder.to_owned(),
         source,
     })?;
-    for case in suite.cases() {
+    for case in cases {
         case.export(folder)?;
         let (name, title) = (case.name, case.title);
         super::print(&format!(
@@ -178,6 +192,28 @@ fn export(suite: Suite, folder: &Path) -> Result<Outcome> {
         ))?;
     }
     Ok(Outcome::Done)
+}
+
+impl BenchArgs {
+    /// The scenes that are asked for, in the order of reports.
+    fn cases(&self) -> Vec<&'static Case> {
+        let asked = |case: &&Case| match self.scenes.as_slice() {
+            [] => self.suite.has(case),
+            names => names.iter().any(|named| named.name == case.name),
+        };
+        CASES.iter().filter(asked).collect()
+    }
+}
+
+fn scene(text: &str) -> std::result::Result<&'static Case, String> {
+    CASES.iter().find(|case| case.name == text).ok_or_else(|| {
+        let names = CASES.iter().map(|case| case.name);
+        let hint = names::did_you_mean(text, names.clone());
+        format!(
+            "there is no such scene{hint} Scenes: {}",
+            names::list(names)
+        )
+    })
 }
 
 fn noise(text: &str) -> std::result::Result<f64, String> {

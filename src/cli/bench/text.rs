@@ -90,7 +90,8 @@ fn scenes(report: &Report) -> String {
     text + "\n"
 }
 
-fn lane_use(case: &CaseReport) -> f64 {
+/// Mean part of the lanes that were live, all stages together.
+pub(super) fn lane_use(case: &CaseReport) -> f64 {
     let items: f64 = case.stages.iter().map(|stage| stage.items as f64).sum();
     let lanes: f64 = case
         .stages
@@ -169,9 +170,7 @@ fn score(report: &Report) -> String {
             );
         }
         None => {
-            text += "No score: ";
-            let faults: Vec<&str> = report.score.withheld.iter().map(String::as_str).collect();
-            let _ = writeln!(text, "an image is wrong.\n  {}", faults.join("\n  "));
+            let _ = writeln!(text, "No score:\n  {}", report.score.withheld.join("\n  "));
         }
     }
     text
@@ -179,7 +178,7 @@ fn score(report: &Report) -> String {
 
 /// What became of each figure.
 pub(super) fn against(old: &Report, new: &Report, figures: &[Figure], noise: f64) -> String {
-    let mut text = String::from("Against the old report, seconds:\n");
+    let mut text = String::from("\nAgainst the old report, seconds:\n");
     if old.machine.differs(&new.machine) {
         let _ = writeln!(
             text,
@@ -222,7 +221,7 @@ pub(super) fn against(old: &Report, new: &Report, figures: &[Figure], noise: f64
             "  {word} {name:32} {then:.5} -> {now:.5}  {percent:+.1} %"
         );
     }
-    let _ = write!(
+    let _ = writeln!(
         text,
         "  {} faster, {} slower, {} the same within noise ({noise} %, and ranks of p < 0.001)",
         count(Change::Faster),

@@ -1,17 +1,13 @@
 //! The page of a comparison: one file that needs no network.
 
 use super::pictures::{Pictures, pictures};
-use super::tables::{
-    channels, escape, lengths, metrics, number, percent, settings, signed_percent,
-};
+use super::tables::{channels, lengths, metrics, number, percent, settings, signed_percent};
+use crate::cli::page::{self, escape, policy};
 use crate::compare::flip::Flip;
 use crate::compare::{Blocks, CHANNELS, Image, Report, Verdict};
 use crate::error::{Error, Result};
 use crate::film::write_whole;
-use base64::Engine;
-use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
-use sha2::{Digest, Sha256};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -36,31 +32,26 @@ pub(super) fn write(
     write_whole(path, |file| fill(file, report, images, &pictures))
 }
 
-/// The template, with what stands at `{{name}}` put in. Nothing that is put in is read again.
 fn fill(
     to: &mut impl Write,
     report: &Report,
     images: [&Image; 2],
     pictures: &Pictures,
 ) -> io::Result<()> {
-    let mut rest = PAGE;
-    while let Some((before, after)) = rest.split_once("{{") {
-        to.write_all(before.as_bytes())?;
-        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
-        let value = part(name, report, images, pictures);
-        to.write_all(value.as_bytes())?;
-        rest = after;
-    }
-    to.write_all(rest.as_bytes())
+    page::fill(to, PAGE, |name| part(name, report, images, pictures))
+}
+
+fn style() -> String {
+    page::STYLE.to_owned() + STYLE
 }
 
 /// One part of the page.
 fn part(name: &str, report: &Report, images: [&Image; 2], pictures: &Pictures) -> String {
     match name {
-        "style" => STYLE.to_owned(),
+        "style" => style(),
         "script" => SCRIPT.to_owned(),
         // The browser runs and applies these alone, whatever a header or a file name says.
-        "style_hash" => policy(STYLE),
+        "style_hash" => policy(&style()),
         "script_hash" => policy(SCRIPT),
         "verdict" => verdict(report.verdict).0.to_owned(),
         "verdict_class" => verdict(report.verdict).1.to_owned(),
@@ -80,14 +71,6 @@ fn part(name: &str, report: &Report, images: [&Image; 2], pictures: &Pictures) -
         "data" => data(report, images, pictures),
         _ => String::new(),
     }
-}
-
-/// A source of the content security policy: this text and no other.
-fn policy(text: &str) -> String {
-    format!(
-        "'sha256-{}'",
-        BASE64_STANDARD.encode(Sha256::digest(text.as_bytes()))
-    )
 }
 
 /// As people read it, and as the style sheet does.
@@ -228,8 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_and_headers_are_text_and_nothing_else() {
-        assert_eq!(escape("a<b>&\"c'"), "a&lt;b&gt;&amp;&quot;c&#39;");
+    fn a_summary_is_text_and_nothing_else() {
         assert_eq!(sentence("biased: <i>"), "&lt;i&gt;");
     }
 
@@ -265,6 +247,6 @@ mod tests {
             assert!(known.contains(&name), "{name}");
         }
         // What would end the elements that hold them.
-        assert!(!STYLE.contains("</") && !SCRIPT.contains("</") && !SCRIPT.contains("<!--"));
+        assert!(!style().contains("</") && !SCRIPT.contains("</") && !SCRIPT.contains("<!--"));
     }
 }

@@ -1,5 +1,6 @@
 //! The tables of the page.
 
+use crate::cli::page::escape;
 use crate::compare::{self, ChannelReport, Image, LayerReport, Report};
 use crate::film::describe;
 use serde_json::Value;
@@ -179,22 +180,6 @@ fn attributes(path: &Path) -> BTreeMap<String, String> {
         Some((name.strip_prefix("ondine.")?.to_owned(), text))
     })
     .collect()
-}
-
-/// Text between tags and in attributes.
-pub(super) fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped += "&amp;",
-            '<' => escaped += "&lt;",
-            '>' => escaped += "&gt;",
-            '"' => escaped += "&quot;",
-            '\'' => escaped += "&#39;",
-            c => escaped.push(c),
-        }
-    }
-    escaped
 }
 
 /// Four digits that matter.
