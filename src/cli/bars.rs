@@ -32,8 +32,10 @@ impl Bars {
     pub fn svg(&self) -> std::result::Result<String, Box<dyn std::error::Error>> {
         let rows = self.rows.len().max(1);
         let height = 120 + ROW * rows as u32;
-        let longest = self.rows.iter().map(|(_, parts)| parts.iter().sum());
-        let x = Ticks::new(Scale::Linear, longest.chain([0.0]));
+        let lengths = self.rows.iter().map(|(_, parts)| parts.iter().sum::<f64>());
+        // Room for the legend to the right of the longest.
+        let longest = 1.25 * lengths.fold(0.0, f64::max);
+        let x = Ticks::new(Scale::Linear, [0.0, longest].into_iter());
         let mut svg = String::new();
         {
             let area = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();

@@ -45,6 +45,8 @@ pub(super) struct Axis {
     pub label: String,
     /// How it shows it.
     pub scale: Scale,
+    /// Whether 0 is on it, wherever the numbers are.
+    pub from_zero: bool,
 }
 
 impl Axis {
@@ -53,7 +55,22 @@ impl Axis {
         Self {
             label: label.to_owned(),
             scale,
+            from_zero: false,
         }
+    }
+
+    /// Linear, from 0: lengths on it can be compared.
+    pub fn from_zero(label: &str) -> Self {
+        Self {
+            from_zero: true,
+            ..Self::new(label, Scale::Linear)
+        }
+    }
+
+    /// What it covers, of places on its scale.
+    fn ticks(&self, places: impl Iterator<Item = f64>) -> Ticks {
+        let zero = self.from_zero.then_some(0.0);
+        Ticks::new(self.scale, places.chain(zero))
     }
 }
 
@@ -109,8 +126,8 @@ impl Plot {
     /// None that is known: a string takes everything.
     pub fn svg(&self) -> std::result::Result<String, Box<dyn std::error::Error>> {
         let shown: Vec<Vec<(f64, f64)>> = self.lines.iter().map(|line| self.shown(line)).collect();
-        let x = Ticks::new(self.x.scale, shown.iter().flatten().map(|point| point.0));
-        let y = Ticks::new(self.y.scale, shown.iter().flatten().map(|point| point.1));
+        let x = self.x.ticks(shown.iter().flatten().map(|point| point.0));
+        let y = self.y.ticks(shown.iter().flatten().map(|point| point.1));
         let mut svg = String::new();
         {
             let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();

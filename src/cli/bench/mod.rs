@@ -28,8 +28,8 @@ Examples:
   ondine bench --threads 1,2,4,8,16
   ondine bench --export scenes                             the scenes, for other renderers
 
-A score is printed only if every image is right: consistent with a stored reference by the statistics of
-`ondine compare`, and of the same bits in all repeats.
+A score is printed only if every image is right: consistent with a stored reference by the
+statistics of `ondine compare`, and of the same bits in all repeats.
 Exit codes: 0 done, 1 a score is withheld or something became slower, 2 bad input, 130 interrupted.";
 
 /// Measure this machine and this build: rates of fixed scenes, with proof that their images are right

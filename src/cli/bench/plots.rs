@@ -57,7 +57,7 @@ fn by_edge(
     let plot = Plot {
         title: title.to_owned(),
         x: Axis::new("path edge", Scale::Whole),
-        y: Axis::new(label, Scale::Linear),
+        y: Axis::from_zero(label),
         lines: report.cases.iter().enumerate().map(line).collect(),
     };
     drawn(plot.svg())
@@ -99,7 +99,7 @@ pub(super) fn scaling(report: &Report) -> String {
         Plot {
             title: title.to_owned(),
             x: Axis::new(label, scale),
-            y: Axis::new("million camera paths a second", Scale::Linear),
+            y: Axis::from_zero("million camera paths a second"),
             lines: all.iter().enumerate().map(line).collect(),
         }
     };
@@ -111,8 +111,10 @@ pub(super) fn scaling(report: &Report) -> String {
         Scale::Logarithmic,
     );
     let plots = [threads, waves, triangles(report), builds(report)];
+    let has_line = |plot: &&Plot| plot.lines.iter().any(|line| line.points.len() > 1);
     plots
         .iter()
+        .filter(has_line)
         .map(|plot| format!("<figure class=\"plot\">{}</figure>", drawn(plot.svg())))
         .collect()
 }
@@ -130,7 +132,7 @@ fn triangles(report: &Report) -> Plot {
     Plot {
         title: "Rays, by triangles".to_owned(),
         x: Axis::new("triangles", Scale::Logarithmic),
-        y: Axis::new("million rays a second", Scale::Linear),
+        y: Axis::from_zero("million rays a second"),
         lines: vec![Line {
             name: "mountains".to_owned(),
             colour: 0,

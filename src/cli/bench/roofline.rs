@@ -208,28 +208,34 @@ fn kernels(stage: &str, case: &CaseReport) -> Vec<(&'static str, f64)> {
     let shadow_rays = on(&|_| true, &|bounce| bounce.shadow_rays);
     let accumulated = on(&|_| true, &items(Stage::Accumulate));
     match stage {
-        "generate" => vec![("generate/sobol", paths)],
+        "generate" => vec![("stages/generate/sobol", paths)],
         "intersect" => vec![
-            ("intersect/closest/camera", paths),
+            ("stages/intersect/closest/camera", paths),
             (
-                "intersect/closest/bounce",
+                "stages/intersect/closest/bounce",
                 on(&|edge| edge > 1 && edge < last, &|bounce| bounce.rays),
             ),
             (
-                "intersect/lights",
+                "stages/intersect/lights",
                 on(&|edge| edge == last, &|bounce| bounce.rays),
             ),
-            ("intersect/shadow", shadow_rays),
+            ("stages/intersect/shadow", shadow_rays),
         ],
-        "shade" => vec![("shade/lambert/sobol", on(&|_| true, &items(Stage::Shade)))],
-        "nee" => vec![("nee/lambert/sobol", on(&|_| true, &items(Stage::Nee)))],
+        "shade" => vec![(
+            "stages/shade/lambert/sobol",
+            on(&|_| true, &items(Stage::Shade)),
+        )],
+        "nee" => vec![(
+            "stages/nee/lambert/sobol",
+            on(&|_| true, &items(Stage::Nee)),
+        )],
         "accumulate" => vec![
-            ("accumulate/shadow rays", shadow_rays),
+            ("stages/accumulate/shadow-rays", shadow_rays),
             (
-                "accumulate/encounters",
+                "stages/accumulate/encounters",
                 (accumulated - shadow_rays).max(0.0),
             ),
-            ("accumulate/film", paths),
+            ("stages/accumulate/film", paths),
         ],
         _ => Vec::new(),
     }

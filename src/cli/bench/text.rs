@@ -11,8 +11,8 @@ pub(super) fn text(report: &Report) -> String {
     let mut text = machine(report);
     text += &scenes(report);
     text += &stages(report);
-    text += &scaling("Threads", "threads", &report.threads_scaling);
-    text += &scaling("Waves", "paths", &report.wave_scaling);
+    text += &scaling("threads", &report.threads_scaling);
+    text += &scaling("paths of a wave", &report.wave_scaling);
     text += &score(report);
     text
 }
@@ -130,18 +130,18 @@ fn stages(report: &Report) -> String {
     text + "\n"
 }
 
-fn scaling(title: &str, unit: &str, all: &[Scaling]) -> String {
+fn scaling(unit: &str, all: &[Scaling]) -> String {
     let mut text = String::new();
     for Scaling { case, points } in all {
         let Some(first) = points.first() else {
             continue;
         };
-        let _ = write!(text, "{:10}", format!("{case}:"));
+        let _ = write!(text, "{case:10}");
         for point in points {
             let ratio = point.mpaths_per_s / first.mpaths_per_s;
             let _ = write!(
                 text,
-                "  {} {unit} {:.2} ({ratio:.2}x)",
+                "  {}: {:.2} ({ratio:.2}x)",
                 point.at, point.mpaths_per_s
             );
         }
@@ -149,7 +149,7 @@ fn scaling(title: &str, unit: &str, all: &[Scaling]) -> String {
     }
     match text.is_empty() {
         true => text,
-        false => format!("{title}, Mpaths/s\n{text}\n"),
+        false => format!("Mpaths/s by {unit}\n{text}\n"),
     }
 }
 
