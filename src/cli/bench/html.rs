@@ -35,9 +35,7 @@ fn part(name: &str, report: &Report, figures: Option<&[Figure]>, roofline: &Roof
         "style" => style(),
         "style_hash" => policy(&style()),
         "headline" => headline(report),
-        "class" => match report.score.value {
-    X
-        },
+        "class" => class(report).to_owned(),
         "summary" => summary(report),
         "suite" => format!("{} (version {})", report.suite, report.version),
         "threads" => report.threads.to_string(),

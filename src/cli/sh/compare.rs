@@ -265,14 +265,8 @@ impl CompareArgs {
             .display();
         Plot {
             title: format!("{light}, {}: the double sum and rays", self.bsdf.surface()),
-            x: Axis {
-                label: "greatest degree L of the double sum".to_owned(),
-                scale: Scale::Whole,
-            },
-            y: Axis {
-                label: "relative difference (rms)".to_owned(),
-                scale: Scale::Logarithmic,
-            },
+            x: Axis::new("greatest degree L of the double sum", Scale::Whole),
+            y: Axis::new("relative difference (rms)", Scale::Logarithmic),
             lines,
         }
     }
