@@ -37,7 +37,7 @@
 //! | floor | rooms |
 //! |---|---|
 //! | 7 | [`cli`]: arguments become validated settings, and those a command |
-//! | 6 | [`batch`]: many images from one file: jobs, what is there of them, and what is rendered; `view`: the live page |
+//! | 6 | [`batch`]: many images from one file: jobs, what is there of them, and what is rendered; [`mod@bench`]: the benchmark suite; `view`: the live page |
 //! | 5 | [`mod@render`]: tiles, or light probes, go to rayon workers, one workspace each; [`stats`]: what it took; [`dump`]: every record of a few paths as files, and a port's held to them; [`merge`]: parts of an image, put together; [`resume`]: what there is of an image already |
 //! | 4 | [`wavefront`]: the loop, its five stages, their queues |
 //! | 3 | [`scene`]: what a scene file says, and the tables that kernels read; [`compare`]: whether two images are of one scene, up to noise |
@@ -125,6 +125,13 @@
 //! hand. The first picture after it has as few pixels as can be traced in a fortieth of a second, as fast as the scene was last seen to be.
 //! Pictures are half floats, painted when somebody waits for one, less and less often as the image ages; a page gets the next when it has drawn
 //! the last. So what readers cost does not grow with how slow they are.
+//!
+//! # Benchmarks
+//!
+//! [`mod@bench`] times whole renders of fixed scenes by turns, and gives a rate only to a right image: right by the statistics of
+//! [`compare`] against a stored reference, which other random numbers made, and of the same bits in every repeat. What a change
+//! costs each kernel is counted in instructions (`tools/count_instructions.py`), which no other program on the machine disturbs;
+//! the same counts of operations and bytes, and the machine's peaks as `bench` measures them, make its roofline.
 //!
 //! # What makes it quick
 //!

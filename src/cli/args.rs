@@ -25,7 +25,7 @@ Examples:
   ondine render room.toml --spp 1024 -o room-fine.exr
   ondine info room-fine.exr                what it holds
 
-Exit codes: 0 done, 1 the answer is no (compare, dump --check) or a job failed (batch), 2 bad input or usage, 130 interrupted.";
+Exit codes: 0 done, 1 the answer is no (compare, dump --check, bench) or a job failed (batch), 2 bad input or usage, 130 interrupted.";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
