@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Opens a page that `ondine compare --html` wrote in Chromium, and uses it.
+"""Opens a page that `ondine compare --html` or `ondine bench --html` wrote in Chromium, and uses it.
 
     check_report.py REPORT.html [PICTURE.png] [--width N] [--dark] [--view KEY]
 
-The page says nothing wrong in the console and asks the network for nothing; the verdict stands first; the flip key, the button and
-each view change what is shown; zoom and exposure too; on a telephone nothing is wider than the screen. Prints one line and exits 0, or
+The page says nothing wrong in the console and asks the network for nothing; on a telephone nothing is wider than the screen. Of a comparison
+the verdict stands first; the flip key, the button and each view change what is shown; zoom and exposure too. Of a benchmark every plot and table
+has something in it. Prints one line and exits 0, or
 1 with what is wrong. With a second name, takes a picture of the page instead. Needs the package selenium, Chromium and its driver.
 """
 
@@ -45,7 +46,9 @@ class Page:
         scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
         driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": scheme})
         driver.get(path.resolve().as_uri())
-        WebDriverWait(driver, 30).until(lambda d: d.execute_script("return 'ready' in document.documentElement.dataset"))
+        # A page with a script says when it is ready; one without is once it is loaded.
+        ready = "return document.scripts.length === 0 || 'ready' in document.documentElement.dataset"
+        WebDriverWait(driver, 30).until(lambda d: d.execute_script(ready))
 
     def metrics(self, width, height):
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
@@ -69,6 +72,20 @@ class Page:
         before = self.shown()
         act()
         expect(self.shown() != before, f"{what} does not change what is shown")
+
+
+def read(page):
+    """A benchmark's page: no script, but plots and tables."""
+    expect(page.text("h1").startswith(("Score ", "No score")), "no score, and no word of there being none")
+    sizes = page.driver.execute_script("""
+        return [...document.querySelectorAll('.plot svg')].map(plot => {
+            const marks = [...plot.querySelectorAll('circle, rect[fill], polyline')].map(mark => mark.getBoundingClientRect());
+            return marks.filter(mark => mark.width > 1 || mark.height > 1).length;
+        })""")
+    expect(len(sizes) >= 5 and min(sizes) > 3, f"marks in the plots: {sizes}")
+    for table in page.driver.find_elements(By.CSS_SELECTOR, "main table"):
+        cells = [cell.text for cell in table.find_elements(By.CSS_SELECTOR, "tbody td")]
+        expect(cells and not any("NaN" in cell or "inf" in cell for cell in cells), f"a table has the cells {cells}")
 
 
 def use(page):
@@ -117,7 +134,7 @@ def complaints(driver):
 
 
 def main():
-    arguments = argparse.ArgumentParser(description="Opens a page of `ondine compare --html` in Chromium, and uses it.")
+    arguments = argparse.ArgumentParser(description="Opens a page of `ondine compare --html` or `ondine bench --html` in Chromium, and uses it.")
     arguments.add_argument("page", type=pathlib.Path)
     arguments.add_argument("picture", type=pathlib.Path, nargs="?", help="where to put a picture of the page")
     arguments.add_argument("--width", type=int, default=1280)
@@ -128,12 +145,14 @@ def main():
     try:
         page = Page(driver, given.page, given.width, given.dark)
         if given.picture:
-            page.press(given.view)
+            if driver.find_elements(By.ID, "viewer"):
+                page.press(given.view)
             height = driver.execute_script("return document.documentElement.scrollHeight")
             page.metrics(given.width, height)
             driver.save_screenshot(str(given.picture))
         else:
-            use(page)
+            is_benchmark = not driver.find_elements(By.ID, "viewer")
+            (read if is_benchmark else use)(page)
             narrow(page)
         wrong = list(complaints(driver))
         expect(not wrong, "; ".join(wrong))
