@@ -11,8 +11,8 @@ pub struct Case {
     pub name: String,
     /// How long to look at it.
     pub pace: Pace,
-    /// Whether its instructions are counted as well: where its work is too long for that, they are not, nor where threads
-    /// of its own do it.
+    /// Whether its instructions are counted as well. Not where the work is too long for that, or done by threads of its
+    /// own.
     pub counted: bool,
     prepare: Box<dyn Fn(Face)>,
 }
