@@ -1,19 +1,74 @@
-//! Image files: written, read, and added to a sum.
-//!
-//! Criterion's bytes are those of the channels before they are packed, 124 for a pixel.
+//! Image files: written, read, and added to a sum. Elements are pixels, of 124 bytes before they are packed.
 
-mod common;
-
-use common::{PATH_LENGTH, Setup, TILE, wave};
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use crate::common::case::{Case, Face, Pace};
+use crate::common::{PATH_LENGTH, Setup, TILE, wave};
 use ondine::film::tonemap::Tonemap;
 use ondine::film::{AovSet, BLOCK, Coverage, Film, Layers, Metadata, Region, exr, png};
 use ondine::scene::description::SamplerKind;
 use ondine::wavefront::{self, Workspace};
 use std::hint::black_box;
+use std::sync::LazyLock;
 
-/// Bytes of a pixel's channels.
-const PIXEL: u64 = 124;
+static SMALL: LazyLock<Film> = LazyLock::new(|| film(4 * TILE));
+static LARGE: LazyLock<Film> = LazyLock::new(|| film(93 * TILE));
+
+pub fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for (name, work) in [
+        ("write", write as fn(&Film, Face)),
+        ("read", read),
+        ("add-to-sum", add_to_sum),
+        ("image-hash", image_hash),
+        ("png", write_png),
+    ] {
+        let small = move |face: Face| work(&SMALL, face);
+        let large = move |face: Face| work(&LARGE, face);
+        cases.push(Case::new(format!("small/{name}"), Pace::Quick, small));
+        cases.push(Case::timed(format!("large/{name}"), Pace::Slow, large));
+    }
+    cases
+}
+
+fn write(film: &Film, face: Face) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("image.exr");
+    let metadata = metadata(film.region());
+    face(film.region().pixels(), &mut || {
+        exr::write(&path, black_box(film), &metadata).expect("written");
+    });
+}
+
+fn read(film: &Film, face: Face) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("image.exr");
+    exr::write(&path, film, &metadata(film.region())).expect("written");
+    face(film.region().pixels(), &mut || {
+        black_box(exr::read(black_box(&path)).expect("read"));
+    });
+}
+
+fn add_to_sum(film: &Film, face: Face) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("image.exr");
+    exr::write(&path, film, &metadata(film.region())).expect("written");
+    let Region { x1, y1, .. } = film.region();
+    let sum = Film::new(x1, y1, film.region(), film.aovs()).expect("a region");
+    face(film.region().pixels(), &mut || {
+        exr::add_to(black_box(&path), &sum).expect("added");
+    });
+}
+
+fn image_hash(film: &Film, face: Face) {
+    face(film.region().pixels(), &mut || {
+        black_box(black_box(film).image_hash());
+    });
+}
+
+fn write_png(film: &Film, face: Face) {
+    face(film.region().pixels(), &mut || {
+        png::encode(std::io::sink(), black_box(film), Tonemap::default()).expect("encoded");
+    });
+}
 
 /// A block of samples for each pixel of the Cornell box.
 fn film(side: u32) -> Film {
@@ -54,34 +109,3 @@ fn metadata(crop: Region) -> Metadata {
         interrupted: false,
     }
 }
-
-fn files(criterion: &mut Criterion) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("image.exr");
-    for side in [11 * TILE, 93 * TILE] {
-        let film = film(side);
-        let metadata = metadata(film.region());
-        let mut group = criterion.benchmark_group(format!("film, {side} pixels a side"));
-        group
-            .sample_size(10)
-            .throughput(Throughput::Bytes(PIXEL * film.region().pixels() as u64));
-        group.bench_function("write", |bencher| {
-            bencher.iter(|| exr::write(&path, black_box(&film), &metadata).expect("written"));
-        });
-        group.bench_function("read", |bencher| {
-            bencher.iter(|| exr::read(black_box(&path)).expect("read"));
-        });
-        group.bench_function("add to a sum", |bencher| {
-            let sum = Film::new(side, side, film.region(), film.aovs()).expect("a region");
-            bencher.iter(|| exr::add_to(black_box(&path), &sum).expect("added"));
-        });
-        group.bench_function("image hash", |bencher| bencher.iter(|| film.image_hash()));
-        group.bench_function("PNG", |bencher| {
-            bencher.iter(|| png::encode(std::io::sink(), black_box(&film), Tonemap::default()));
-        });
-        group.finish();
-    }
-}
-
-criterion_group!(benches, files);
-criterion_main!(benches);

@@ -1,18 +1,18 @@
 //! The tree of triangles alone: building it, and tracing rays that keep together, rays that do not, and shadow rays.
 //!
-//! A landscape of half a million triangles; elements are triangles or rays. `ondine rays` measures given rays on a given
-//! mesh.
+//! Landscapes of eight thousand and of half a million triangles; elements are triangles or rays. `ondine rays` measures
+//! given rays on a given mesh.
 
-use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use crate::common::case::{Case, Face, Pace};
+use crate::common::landscape::Landscape;
 use glam::{Affine3A, Vec3};
 use ondine::bvh::{Bvh, HitX8, Instance, NO_TRIANGLE, Quality, Ray, RayX8, Stacks, Triangles};
 use ondine::lanes::{Queue, WIDTH, f32x8, u32x8};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
-use std::time::Duration;
+use std::hint::black_box;
+use std::sync::LazyLock;
 
-/// Vertices on a side.
-const SIDE: u32 = 512;
 /// Rays on a side of the image.
 const IMAGE: u32 = 64;
 const PLAIN: Instance = Instance {
@@ -20,23 +20,74 @@ const PLAIN: Instance = Instance {
     to_world: Affine3A::IDENTITY,
 };
 
-fn landscape() -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let height = |x: f32, z: f32| {
-        (0..7).fold(0.0, |sum, octave| {
-            let f = 2f32.powi(octave);
-            sum + ((x * f * 6.0).sin() * (z * f * 7.0 + f).cos()).abs() * 0.15 / f
-        })
+static LARGE: LazyLock<Landscape> = LazyLock::new(Landscape::large);
+static LARGE_TREE: LazyLock<Bvh> = LazyLock::new(|| build(&LARGE, Quality::Fast));
+static SMALL: LazyLock<Landscape> = LazyLock::new(Landscape::small);
+static SMALL_TREE: LazyLock<Bvh> = LazyLock::new(|| build(&SMALL, Quality::Fast));
+
+pub fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for (quality, name) in [(Quality::Fast, "fast"), (Quality::Best, "best")] {
+        let small = move |face: Face| building(&SMALL, quality, face);
+        let large = move |face: Face| building(&LARGE, quality, face);
+        cases.push(Case::new(format!("small/build/{name}"), Pace::Slow, small));
+        cases.push(Case::timed(
+            format!("large/build/{name}"),
+            Pace::Slow,
+            large,
+        ));
+    }
+    for (name, tracing) in [
+        ("closest/camera", closest_camera as fn(&Bvh, Face)),
+        ("closest/bounced", closest_bounced),
+        ("any/bounced", any_bounced),
+    ] {
+        let small = move |face: Face| tracing(&SMALL_TREE, face);
+        let large = move |face: Face| tracing(&LARGE_TREE, face);
+        cases.push(Case::new(format!("small/{name}"), Pace::Quick, small));
+        cases.push(Case::timed(format!("large/{name}"), Pace::Quick, large));
+    }
+    cases
+}
+
+fn build(landscape: &Landscape, quality: Quality) -> Bvh {
+    let mesh = Triangles {
+        positions: &landscape.positions,
+        corners: &landscape.corners,
     };
-    let grid = (0..SIDE * SIDE).map(|i| {
-        let (x, z) = (
-            (i % SIDE) as f32 / SIDE as f32,
-            (i / SIDE) as f32 / SIDE as f32,
-        );
-        Vec3::new(x, height(x, z), z)
+    Bvh::build(&[mesh], &[PLAIN], quality)
+}
+
+fn building(landscape: &Landscape, quality: Quality, face: Face) {
+    face(landscape.corners.len(), &mut || {
+        black_box(build(landscape, quality));
     });
-    let squares = (0..SIDE - 1).flat_map(|z| (0..SIDE - 1).map(move |x| z * SIDE + x));
-    let triangles = squares.flat_map(|a| [[a, a + SIDE, a + 1], [a + 1, a + SIDE, a + SIDE + 1]]);
-    (grid.collect(), triangles.collect())
+}
+
+fn closest_camera(bvh: &Bvh, face: Face) {
+    closest(bvh, &camera_rays(), face);
+}
+
+fn closest_bounced(bvh: &Bvh, face: Face) {
+    closest(bvh, &bounced(bvh), face);
+}
+
+fn closest(bvh: &Bvh, rays: &Queue<RayX8>, face: Face) {
+    let mut stacks = Stacks::default();
+    face(rays.len(), &mut || {
+        black_box(trace(bvh, black_box(rays), &mut stacks));
+    });
+}
+
+fn any_bounced(bvh: &Bvh, face: Face) {
+    let rays = bounced(bvh);
+    let mut stacks = Stacks::default();
+    let mut occluded = vec![0; rays.len().div_ceil(WIDTH)];
+    face(rays.len(), &mut || {
+        // What is on already is not traced.
+        occluded.fill(0);
+        bvh.occluded(black_box(&rays), &mut occluded, &mut stacks);
+    });
 }
 
 fn queue(rays: impl Iterator<Item = Ray>) -> Queue<RayX8> {
@@ -48,29 +99,32 @@ fn queue(rays: impl Iterator<Item = Ray>) -> Queue<RayX8> {
 
 /// Camera rays over the landscape, in tiles of 8 × 8.
 fn camera_rays() -> Queue<RayX8> {
-    let origin = Vec3::new(0.5, 0.9, -0.6);
     queue((0..IMAGE * IMAGE).map(|i| {
         let (tile, pixel) = (i / 64, i % 64);
         let x = (tile % (IMAGE / 8) * 8 + pixel % 8) as f32 / IMAGE as f32 - 0.5;
         let y = (tile / (IMAGE / 8) * 8 + pixel / 8) as f32 / IMAGE as f32 - 0.5;
         let direction = Vec3::new(x, -0.55 - 0.6 * y, 1.0).normalize();
-        Ray::new(origin, direction)
+        Ray::new(Landscape::VIEWPOINT, direction)
     }))
 }
 
 /// From what camera rays met, upwards at random.
-fn bounced(bvh: &Bvh, camera_rays: &Queue<RayX8>) -> Queue<RayX8> {
-    let hits = trace(bvh, camera_rays, &mut Stacks::default());
+fn bounced(bvh: &Bvh) -> Queue<RayX8> {
+    let camera_rays = camera_rays();
+    let hits = trace(bvh, &camera_rays, &mut Stacks::default());
     let mut random = Pcg32::new(1, 2);
     let mut unit = move || random.next_u32() as f32 / u32::MAX as f32 * 2.0 - 1.0;
-    queue((0..camera_rays.len()).filter_map(move |i| {
+    let rays = queue((0..camera_rays.len()).filter_map(move |i| {
         let (ray, lane) = (camera_rays.get(i), i % WIDTH);
         let distance = hits[i / WIDTH].distance.to_array()[lane];
         let met = hits[i / WIDTH].triangle.to_array()[lane] != NO_TRIANGLE;
         let direction = Vec3::new(unit(), unit().abs() + 0.05, unit()).normalize();
         let origin = ray.origin + ray.direction * distance + Vec3::Y * 1e-4;
         met.then_some(Ray::new(origin, direction))
-    }))
+    }));
+    let met = rays.len();
+    assert!(met > 1000, "{met} rays meet the landscape");
+    rays
 }
 
 fn trace(bvh: &Bvh, rays: &Queue<RayX8>, stacks: &mut Stacks) -> Vec<HitX8> {
@@ -83,54 +137,3 @@ fn trace(bvh: &Bvh, rays: &Queue<RayX8>, stacks: &mut Stacks) -> Vec<HitX8> {
     bvh.closest(rays, &mut hits, stacks);
     hits
 }
-
-fn tree(criterion: &mut Criterion) {
-    let (positions, corners) = landscape();
-    let mesh = Triangles {
-        positions: &positions,
-        corners: &corners,
-    };
-    let one = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .expect("a thread");
-    let build = |quality| one.install(|| Bvh::build(&[mesh], &[PLAIN], quality));
-    let mut group = criterion.benchmark_group("tree");
-    group
-        .sample_size(10)
-        .warm_up_time(Duration::from_millis(300))
-        .measurement_time(Duration::from_secs(2));
-    group.throughput(Throughput::Elements(corners.len() as u64));
-    for (name, quality) in [("build/fast", Quality::Fast), ("build/best", Quality::Best)] {
-        group.bench_function(name, |bencher| {
-            bencher.iter_batched(|| (), |()| build(quality), BatchSize::PerIteration);
-        });
-    }
-    let bvh = build(Quality::Fast);
-    let camera_rays = camera_rays();
-    let bounced = bounced(&bvh, &camera_rays);
-    assert!(
-        bounced.len() > 1000,
-        "{} rays meet the landscape",
-        bounced.len()
-    );
-    let mut stacks = Stacks::default();
-    for (name, rays) in [
-        ("closest/camera", &camera_rays),
-        ("closest/bounced", &bounced),
-    ] {
-        group.throughput(Throughput::Elements(rays.len() as u64));
-        group.bench_function(name, |bencher| {
-            bencher.iter(|| trace(&bvh, rays, &mut stacks))
-        });
-    }
-    let mut occluded = vec![0; bounced.len().div_ceil(WIDTH)];
-    group.throughput(Throughput::Elements(bounced.len() as u64));
-    group.bench_function("any/bounced", |bencher| {
-        bencher.iter(|| bvh.occluded(&bounced, &mut occluded, &mut stacks));
-    });
-    group.finish();
-}
-
-criterion_group!(benches, tree);
-criterion_main!(benches);
