@@ -7,18 +7,17 @@ mod bench {
     mod proofs;
 }
 
-use ondine::bench::{Look, Plan, Report, Suite, run};
-use ondine::wavefront::{Context, Wave, Workspace};
+use ondine::bench::{CASES, Look, Plan, Report, Suite, run};
+use ondine::wavefront::{self, Context, Wave, Workspace};
+use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
-/// Runs some scenes of the quick suite, each thing once.
-fn report_of(scenes: &[&str], trace: &(impl Fn(&Context, &Wave, &mut Workspace) + Sync)) -> Report {
+/// Runs the box alone, each thing once.
+fn report_of(scaling: bool, trace: &(impl Fn(&Context, &Wave, &mut Workspace) + Sync)) -> Report {
     let plan = Plan {
         suite: Suite::Quick,
-        cases: Suite::Quick
-            .cases()
-            .filter(|case| scenes.contains(&case.name))
-            .collect(),
+        cases: CASES.iter().filter(|case| case.name == "box").collect(),
+        scaling,
         threads: vec![2],
         repeats: 1,
         target_features: String::new(),
@@ -30,4 +29,10 @@ fn report_of(scenes: &[&str], trace: &(impl Fn(&Context, &Wave, &mut Workspace) 
     run(&plan, trace, &look)
         .unwrap()
         .expect("it was not stopped")
+}
+
+/// That of this program, with everything.
+fn right() -> &'static Report {
+    static RIGHT: OnceLock<Report> = OnceLock::new();
+    RIGHT.get_or_init(|| report_of(true, &wavefront::trace))
 }

@@ -37,6 +37,8 @@ pub struct Plan {
     pub suite: Suite,
     /// The scenes: for a score, all of the suite's.
     pub cases: Vec<&'static Case>,
+    /// Whether some scenes are also measured on other numbers of threads and with other waves.
+    pub scaling: bool,
     /// Numbers of threads, ascending; all that is not said to have others is measured on the last. At least one.
     pub threads: Vec<usize>,
     /// Times that each thing is measured, after one to warm up; at least 1.
@@ -85,10 +87,13 @@ pub fn run(
     trace: &(impl Fn(&Context, &Wave, &mut Workspace) + Sync),
     look: &Look,
 ) -> Result<Option<Report>> {
-    let waves = waves(plan.suite);
+    let (threads, waves) = match plan.scaling {
+        true => (plan.threads.clone(), waves(plan.suite)),
+        false => (Vec::new(), Vec::new()),
+    };
     let cases = plan.cases.len();
     let scaled = plan.cases.iter().filter(|case| SCALED.contains(&case.name));
-    let scalings = scaled.count() * (plan.threads.len() + waves.len());
+    let scalings = scaled.count() * (threads.len() + waves.len());
     let most = plan.threads.last().copied().unwrap_or(1);
     let pool = workers(most)?;
     let mut bench = Bench {
@@ -117,7 +122,7 @@ pub fn run(
             course.take(round > 0, build, &rendered)?;
         }
     }
-    let by_threads = bench.scale(plan.repeats, &mut courses, &plan.threads, |settings, at| {
+    let by_threads = bench.scale(plan.repeats, &mut courses, &threads, |settings, at| {
         settings.threads = Some(at);
     })?;
     let by_wave = bench.scale(plan.repeats, &mut courses, &waves, |settings, at| {
@@ -310,6 +315,9 @@ impl<T: Fn(&Context, &Wave, &mut Workspace) + Sync> Bench<'_, T> {
         numbers: &[usize],
         set: impl Fn(&mut Settings, usize),
     ) -> Result<Option<Vec<Scaling>>> {
+        if numbers.is_empty() {
+            return Ok(Some(Vec::new()));
+        }
         let scaled = |course: &&mut Course| SCALED.contains(&course.case.name);
         let mut all = Vec::new();
         for course in courses.iter_mut().filter(scaled) {

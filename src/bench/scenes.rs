@@ -147,8 +147,16 @@ impl Case {
     /// # Errors
     /// None that a test of this crate would not have met.
     pub fn description(&self) -> Result<Description> {
-        let Made { text, mesh, sky } = self.make();
+        let Made {
+            mut text,
+            mesh,
+            sky,
+        } = self.make();
         let name = format!("benchmark scene {}", self.name);
+        if sky.is_some() {
+            // A scene without any light would be refused.
+            text += "\n[environment]\nconstant = [1.0, 1.0, 1.0]\n";
+        }
         let mut description = toml::parse(&text, &name, None)?;
         if let Some(mesh) = mesh {
             description.objects.push(Object {

@@ -1,11 +1,10 @@
 //! What is called faster and slower.
 
-use crate::report_of;
+use crate::right;
 use ondine::bench::against::{Change, Figure, NOISE, compare, read};
 use ondine::bench::report::Scaling;
 use ondine::bench::series::Series;
 use ondine::bench::{Report, report};
-use ondine::wavefront;
 
 /// A report whose times are made up: nine of each, within half a percent, times a factor.
 fn made_up(report: &Report, factor: f64) -> Report {
@@ -43,8 +42,8 @@ fn all_are(figures: &[Figure], change: Change) {
 
 #[test]
 fn more_than_noise_is_a_change() {
-    let measured = report_of(&["box"], &wavefront::trace);
-    let old = made_up(&measured, 1.0);
+    let measured = right();
+    let old = made_up(measured, 1.0);
     for (factor, change) in [
         (1.0, Change::Same),
         (1.02, Change::Same),
@@ -52,14 +51,14 @@ fn more_than_noise_is_a_change() {
         (1.05, Change::Slower),
         (0.95, Change::Faster),
     ] {
-        let figures = compare(&old, &made_up(&measured, factor), NOISE).unwrap();
+        let figures = compare(&old, &made_up(measured, factor), NOISE).unwrap();
         all_are(&figures, change);
         assert!((figures[0].ratio - factor).abs() < 1e-9);
     }
-    let figures = compare(&old, &made_up(&measured, 1.02), 0.01).unwrap();
+    let figures = compare(&old, &made_up(measured, 1.02), 0.01).unwrap();
     all_are(&figures, Change::Slower);
     // One measurement alone is no proof, however far off.
-    let figures = compare(&measured, &made_up(&measured, 3.0), NOISE).unwrap();
+    let figures = compare(measured, &made_up(measured, 3.0), NOISE).unwrap();
     assert!(figures.iter().all(|figure| figure.change == Change::Same));
 
     let other = |change: &dyn Fn(&mut Report)| {

@@ -48,6 +48,9 @@ pub(super) struct BenchArgs {
     /// Times that everything is measured, after once to warm up
     #[arg(long, value_name = "N", default_value_t = 9, allow_negative_numbers = true, value_parser = repeats)]
     repeat: usize,
+    /// Leave out other numbers of threads and other sizes of waves
+    #[arg(long)]
+    no_scaling: bool,
     /// Write everything that was measured; - prints it instead of the tables
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -81,6 +84,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<Outcome> {
     let plan = Plan {
         suite: args.suite,
         cases: args.cases(),
+        scaling: !args.no_scaling,
         threads: numbers_of_threads(&args.threads),
         repeats: args.repeat,
         target_features: target_features(),
