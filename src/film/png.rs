@@ -3,7 +3,7 @@
 use super::tonemap::Tonemap;
 use super::{Film, write_whole};
 use crate::error::Result;
-use ::png::{BitDepth, ColorType, Encoder, EncodingError, SrgbRenderingIntent};
+use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, SrgbRenderingIntent};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -29,6 +29,8 @@ pub(crate) fn encode_bytes(
     let mut encoder = Encoder::new(to, width, height);
     encoder.set_color(channels);
     encoder.set_depth(BitDepth::Eight);
+    // Noise packs badly whatever the effort, and a batch writes thousands.
+    encoder.set_compression(Compression::Fast);
     encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
     let mut writer = encoder.write_header().map_err(plain)?;
     writer.write_image_data(bytes).map_err(plain)?;
