@@ -2,32 +2,32 @@
 //! SAH-based Bounding Volume Hierarchies", section 3).
 
 use super::item::{CHUNK, Extent, Hull, Item, PARALLEL};
+use crate::lanes::{f32x8, u32x8};
 use rayon::prelude::*;
-use wide::f32x4;
 
 /// Which bins a centre falls into.
 #[derive(Clone, Copy)]
 struct BinOf {
-    origin: f32x4,
-    scale: f32x4,
+    origin: f32x8,
+    scale: f32x8,
 }
 
 impl BinOf {
-    fn new(centers: &Hull, bins: usize) -> Self {
-        let size = centers.high - centers.low;
+    fn new(centers: Hull, bins: usize) -> Self {
+        let size = centers.size();
         // A hair less than the number of bins, so that the last centre is in the last one; 0 where there is no extent.
-        let scale = f32x4::splat(bins as f32 * (1.0 - 1e-5)) / size;
-        let some = size.simd_gt(f32x4::splat(f32::MIN_POSITIVE)) & scale.is_finite();
+        let scale = f32x8::splat(bins as f32 * (1.0 - 1e-5)) / size;
+        let some = size.simd_gt(f32x8::splat(f32::MIN_POSITIVE)) & scale.is_finite();
         Self {
-            origin: centers.low,
+            origin: centers.low(),
             scale: scale & some,
         }
     }
 
-    /// Places among the bins, whole numbers from 0 on when cut off.
+    /// Places among the bins, whole numbers from 0 on when cut off; in the lanes of the high corner.
     #[inline(always)]
-    fn places(&self, center: f32x4) -> f32x4 {
-        (center - self.origin) * self.scale
+    fn places(&self, center: Hull) -> f32x8 {
+        (center.corners() - self.origin) * self.scale
     }
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Best {
 
 impl<const BINS: usize> Bins<BINS> {
     fn fill(items: &[Item], extent: &Extent) -> Self {
-        let bin_of = BinOf::new(&extent.centers, BINS);
+        let bin_of = BinOf::new(extent.centers, BINS);
         let empty = || Self {
             hulls: [[Hull::empty(); BINS]; 3],
             counts: [[0; BINS]; 3],
@@ -69,9 +69,9 @@ impl<const BINS: usize> Bins<BINS> {
             let mut bins = empty();
             for item in items {
                 let places = bin_of.places(item.center()).fast_trunc_int().to_array();
-                for (axis, &place) in places[..3].iter().enumerate() {
-                    let bin = place as usize & (BINS - 1);
-                    bins.hulls[axis][bin].add(item.low, item.high);
+                for axis in 0..3 {
+                    let bin = places[Hull::HIGH + axis] as usize & (BINS - 1);
+                    bins.hulls[axis][bin].add(item.hull());
                     bins.counts[axis][bin] += 1;
                 }
             }
@@ -96,7 +96,7 @@ impl<const BINS: usize> Bins<BINS> {
     /// The cheapest split by the surface area heuristic, where any parts the items.
     fn best(&self, leaf: usize) -> Option<Best> {
         // A leaf is met as a whole: it costs the same however full it is.
-        let cost = |hull: &Hull, count: u32| hull.area() * count.div_ceil(leaf as u32) as f32;
+        let cost = |hull: Hull, count: u32| hull.area() * count.div_ceil(leaf as u32) as f32;
         let mut cheapest = f32::INFINITY;
         let mut best = None;
         for axis in 0..3 {
@@ -107,7 +107,7 @@ impl<const BINS: usize> Bins<BINS> {
                 hull = hull.union(hulls[bin]);
                 count += counts[bin];
                 if count > 0 {
-                    above[bin] = (cost(&hull, count), hull);
+                    above[bin] = (cost(hull, count), hull);
                 }
             }
             let (mut hull, mut count) = (Hull::empty(), 0);
@@ -115,7 +115,7 @@ impl<const BINS: usize> Bins<BINS> {
                 hull = hull.union(hulls[bin - 1]);
                 count += counts[bin - 1];
                 let (above, high) = above[bin];
-                let sum = cost(&hull, count) + above;
+                let sum = cost(hull, count) + above;
                 if count > 0 && sum < cheapest {
                     cheapest = sum;
                     best = Some(Best {
@@ -137,26 +137,20 @@ impl<const BINS: usize> Bins<BINS> {
 /// Every item goes to both boxes' sums, masked, and is swapped whatever it is: which part it belongs to is anybody's guess,
 /// and a branch on it would cost more.
 pub(super) fn partition(items: &mut [Item], best: &Best) -> (usize, Hull, Hull) {
-    let (axis, bin) = (best.axis & 3, f32x4::splat(best.bin as f32));
+    let lane = u32x8::splat((Hull::HIGH + best.axis) as u32);
+    let bin = f32x8::splat(best.bin as f32);
     let (mut left, mut right) = (Hull::empty(), Hull::empty());
     let mut middle = 0;
     for place in 0..items.len() {
         let item = items[place];
         let center = item.center();
-        let below = best.bin_of.places(center).simd_lt(bin).to_bitmask() >> axis & 1;
-        let mask = f32x4::splat(f32::from_bits(below.wrapping_neg()));
-        let none = Hull::empty();
-        left.add(
-            mask.select(center, none.low),
-            mask.select(center, none.high),
-        );
-        right.add(
-            mask.select(none.low, center),
-            mask.select(none.high, center),
-        );
+        let below = best.bin_of.places(center).simd_lt(bin);
+        let below = below.shuffle_wrapping(lane);
+        left.add(center.filtered(below));
+        right.add(center.filtered(!below));
         items[place] = items[middle];
         items[middle] = item;
-        middle += below as usize;
+        middle += (below.to_bitmask() & 1) as usize;
     }
     (middle, left, right)
 }

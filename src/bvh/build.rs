@@ -1,7 +1,7 @@
 //! Builds trees: top down, straight to eight children a node.
 
 use super::bins::{best_split, partition};
-use super::item::{Extent, Item};
+use super::item::{Extent, Hull, Item};
 use super::node::{Bounds, Link, Node};
 use crate::lanes::WIDTH;
 use rayon::prelude::*;
@@ -252,7 +252,7 @@ impl<'a> Run<'a> {
 
     /// Halves by number along the widest axis.
     fn halves(self) -> (usize, Run<'a>, Run<'a>) {
-        let [x, y, z, _] = (self.extent.centers.high - self.extent.centers.low).to_array();
+        let [x, y, z, ..] = self.extent.centers.size().to_array();
         let axis = if x >= y && x >= z {
             0
         } else if y >= z {
@@ -261,7 +261,7 @@ impl<'a> Run<'a> {
             2
         };
         let middle = self.items.len() / 2;
-        let key = |item: &Item| item.center().to_array()[axis];
+        let key = |item: &Item| item.center().corners().to_array()[Hull::HIGH + axis];
         self.items.select_nth_unstable_by(middle, |a, b| {
             key(a).total_cmp(&key(b)).then(a.number().cmp(&b.number()))
         });
