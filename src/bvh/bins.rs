@@ -5,6 +5,9 @@ use super::item::{CHUNK, Extent, Hull, Item, PARALLEL};
 use crate::lanes::{f32x8, u32x8};
 use rayon::prelude::*;
 
+/// Runs longer than this are parted by several threads.
+const PIECE: usize = 1 << 17;
+
 /// Which bins a centre falls into.
 #[derive(Clone, Copy)]
 struct BinOf {
@@ -132,11 +135,25 @@ impl<const BINS: usize> Bins<BINS> {
     }
 }
 
-/// Items that are `low` first; how many those are, and the boxes around both parts' centres.
+/// Items that are `low` first; how many those are, and the boxes around both parts' centres. Pieces of a long run are parted
+/// side by side, and then change places: how they lie does not depend on the number of threads.
+pub(super) fn partition(items: &mut [Item], best: &Best) -> (usize, Hull, Hull) {
+    if items.len() <= PIECE {
+        return partition_run(items, best);
+    }
+    let (a, b) = items.split_at_mut(items.len() / 2);
+    let (in_a, in_b) = rayon::join(|| partition(a, best), || partition(b, best));
+    let (middle, low) = (in_a.0, in_b.0);
+    let misplaced = low.min(a.len() - middle);
+    a[middle..middle + misplaced].swap_with_slice(&mut b[low - misplaced..low]);
+    (middle + low, in_a.1.union(in_b.1), in_a.2.union(in_b.2))
+}
+
+/// The same of a short run, by one thread.
 ///
 /// Every item goes to both boxes' sums, masked, and is swapped whatever it is: which part it belongs to is anybody's guess,
 /// and a branch on it would cost more.
-pub(super) fn partition(items: &mut [Item], best: &Best) -> (usize, Hull, Hull) {
+fn partition_run(items: &mut [Item], best: &Best) -> (usize, Hull, Hull) {
     let lane = u32x8::splat((Hull::HIGH + best.axis) as u32);
     let bin = f32x8::splat(best.bin as f32);
     let (mut left, mut right) = (Hull::empty(), Hull::empty());
