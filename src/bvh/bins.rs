@@ -68,15 +68,16 @@ impl<const BINS: usize> Bins<BINS> {
             counts: [[0; BINS]; 3],
             bin_of,
         };
+        // By turns from both halves: neighbours fall into the same bin, where each would wait for the one before.
         let one = |items: &[Item]| {
             let mut bins = empty();
-            for item in items {
-                let places = bin_of.places(item.center()).fast_trunc_int().to_array();
-                for axis in 0..3 {
-                    let bin = places[Hull::HIGH + axis] as usize & (BINS - 1);
-                    bins.hulls[axis][bin].add(item.hull());
-                    bins.counts[axis][bin] += 1;
-                }
+            let (a, b) = items.split_at(items.len() / 2);
+            for (a, b) in a.iter().zip(b) {
+                bins.add(a);
+                bins.add(b);
+            }
+            if a.len() < b.len() {
+                bins.add(&b[a.len()]);
             }
             bins
         };
@@ -84,6 +85,17 @@ impl<const BINS: usize> Bins<BINS> {
             return one(items);
         }
         items.par_chunks(CHUNK).map(one).reduce(empty, Self::union)
+    }
+
+    #[inline(always)]
+    fn add(&mut self, item: &Item) {
+        let places = self.bin_of.places(item.center());
+        let places = places.fast_trunc_int().to_array();
+        for axis in 0..3 {
+            let bin = places[Hull::HIGH + axis] as usize & (BINS - 1);
+            self.hulls[axis][bin].add(item.hull());
+            self.counts[axis][bin] += 1;
+        }
     }
 
     fn union(mut self, other: Self) -> Self {
