@@ -1,83 +1,128 @@
 //! What trees are built from.
 
 use super::node::Bounds;
+use crate::lanes::{f32x8, u32x8};
 use glam::Vec3;
 use rayon::prelude::*;
-use wide::f32x4;
 
 /// From so many items on, several threads work on one run.
 pub(super) const PARALLEL: usize = 1 << 16;
 /// Items that a thread takes at a time then.
 pub(super) const CHUNK: usize = 1 << 14;
-/// Something to be put into a tree: its box and its number.
+
+/// A box that grows: its low corner, negated, in the first three lanes, its high corner in lanes 4 to 6, so that one maximum
+/// of eight lanes joins two boxes. What the other lanes hold is not looked at.
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
-pub(super) struct Item {
-    /// The low corner; in the last place the number's bits.
-    pub low: f32x4,
-    pub high: f32x4,
-}
-
-impl Item {
-    pub fn new(bounds: Bounds, number: u32) -> Self {
-        let (low, high) = (bounds.low, bounds.high);
-        Self {
-            low: f32x4::new([low.x, low.y, low.z, f32::from_bits(number)]),
-            high: f32x4::new([high.x, high.y, high.z, 0.0]),
-        }
-    }
-
-    pub fn number(&self) -> u32 {
-        self.low.to_array()[3].to_bits()
-    }
-
-    /// Twice the centre.
-    #[inline(always)]
-    pub fn center(&self) -> f32x4 {
-        self.low + self.high
-    }
-}
-
-/// A box that grows; the fourth place is unused.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Hull {
-    pub low: f32x4,
-    pub high: f32x4,
-}
+pub(super) struct Hull(f32x8);
 
 impl Hull {
+    /// The lane of the high corner's first component.
+    pub const HIGH: usize = 4;
+
     pub fn empty() -> Self {
-        Self {
-            low: f32x4::splat(f32::INFINITY),
-            high: f32x4::splat(f32::NEG_INFINITY),
-        }
+        Self(f32x8::splat(f32::NEG_INFINITY))
+    }
+
+    fn of(bounds: Bounds) -> Self {
+        let (low, high) = (-bounds.low, bounds.high);
+        Self(f32x8::new([
+            low.x, low.y, low.z, 0.0, high.x, high.y, high.z, 0.0,
+        ]))
     }
 
     #[inline(always)]
-    pub fn add(&mut self, low: f32x4, high: f32x4) {
-        self.low = self.low.fast_min(low);
-        self.high = self.high.fast_max(high);
+    pub fn union(self, other: Self) -> Self {
+        Self(self.0.fast_max(other.0))
     }
 
     #[inline(always)]
-    pub fn union(mut self, other: Self) -> Self {
-        self.add(other.low, other.high);
-        self
+    pub fn add(&mut self, other: Self) {
+        *self = self.union(other);
+    }
+
+    /// Where a mask's lanes are on; nothing where they are off.
+    #[inline(always)]
+    pub fn filtered(self, mask: f32x8) -> Self {
+        Self(mask.select(self.0, Self::empty().0))
+    }
+
+    /// Both corners in each other's place.
+    #[inline(always)]
+    fn turned(self) -> f32x8 {
+        self.0
+            .shuffle_wrapping(u32x8::new([4, 5, 6, 7, 0, 1, 2, 3]))
+    }
+
+    /// Twice the centre, as a box without an inside.
+    #[inline(always)]
+    pub fn center(self) -> Self {
+        Self(self.0 - self.turned())
+    }
+
+    /// The sides' lengths, twice over.
+    #[inline(always)]
+    pub fn size(self) -> f32x8 {
+        self.0 + self.turned()
     }
 
     /// Half the surface; 0 of nothing.
     #[inline(always)]
-    pub fn area(&self) -> f32 {
-        let [x, y, z, _] = (self.high - self.low).fast_max(f32x4::ZERO).to_array();
+    pub fn area(self) -> f32 {
+        let [x, y, z, ..] = self.size().fast_max(f32x8::ZERO).to_array();
         x * y + y * z + z * x
     }
 
-    pub fn bounds(&self) -> Bounds {
-        let corner = |v: f32x4| Vec3::from_slice(&v.to_array()[..3]);
+    /// The low corner, where the high one lies; the high one, negated, where the low one does.
+    #[inline(always)]
+    pub fn low(self) -> f32x8 {
+        -self.turned()
+    }
+
+    /// The corners as they lie, the low one negated.
+    #[inline(always)]
+    pub fn corners(self) -> f32x8 {
+        self.0
+    }
+
+    pub fn bounds(self) -> Bounds {
+        let [x, y, z, _, high @ ..] = self.0.to_array();
         Bounds {
-            low: corner(self.low),
-            high: corner(self.high),
+            low: -Vec3::new(x, y, z),
+            high: Vec3::from_slice(&high[..3]),
         }
+    }
+}
+
+/// Something to be put into a tree: its box and its number.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Item(Hull);
+
+impl Item {
+    /// Where a box has its item's number.
+    const NUMBER: usize = 3;
+    /// Makes a number's bits those of an ordinary float: sums of denormal ones are slow on some machines.
+    const ORDINARY: u32 = 1 << 30;
+
+    /// Of a number below 2³⁰.
+    pub fn new(bounds: Bounds, number: u32) -> Self {
+        let mut hull = Hull::of(bounds);
+        hull.0.as_mut_array()[Self::NUMBER] = f32::from_bits(number | Self::ORDINARY);
+        Self(hull)
+    }
+
+    pub fn number(&self) -> u32 {
+        self.0.0.as_array()[Self::NUMBER].to_bits() & !Self::ORDINARY
+    }
+
+    #[inline(always)]
+    pub fn hull(&self) -> Hull {
+        self.0
+    }
+
+    /// Twice the centre, as a box without an inside.
+    #[inline(always)]
+    pub fn center(&self) -> Hull {
+        self.0.center()
     }
 }
 
@@ -96,18 +141,14 @@ impl Extent {
         }
     }
 
-    #[inline(always)]
-    pub fn add(&mut self, item: &Item) {
-        self.hull.add(item.low, item.high);
-        let center = item.center();
-        self.centers.add(center, center);
-    }
-
     pub fn of(items: &[Item]) -> Self {
         let one = |items: &[Item]| {
-            let mut all = Self::empty();
-            items.iter().for_each(|item| all.add(item));
-            all
+            items.iter().fold(Self::empty(), |all, item| {
+                all.union(Self {
+                    hull: item.hull(),
+                    centers: item.center(),
+                })
+            })
         };
         if items.len() < PARALLEL {
             return one(items);
@@ -118,6 +159,7 @@ impl Extent {
             .reduce(Self::empty, Self::union)
     }
 
+    #[inline(always)]
     pub fn union(self, other: Self) -> Self {
         Self {
             hull: self.hull.union(other.hull),

@@ -164,16 +164,15 @@ impl Bvh {
             Plan {
                 leaf: 1,
                 kind: Link::INSTANCE,
-                first_node: bvh.nodes.len(),
                 first_leaf: 0,
             },
+            &mut bvh.nodes,
         );
         // A leaf of the upper tree is one instance: the places follow the leaves' order.
         let order = tree.leaves.iter();
         bvh.places = order
             .map(|&(first, _)| bvh.places[items[first as usize].number() as usize].clone())
             .collect();
-        bvh.nodes.extend(tree.nodes);
         bvh.finish(tree.root);
         bvh
     }
@@ -213,22 +212,23 @@ impl Bvh {
             Plan {
                 leaf: WIDTH,
                 kind: Link::BLOCK,
-                first_node: self.nodes.len(),
                 first_leaf: self.blocks.len(),
             },
+            &mut self.nodes,
         );
-        self.nodes.extend(tree.nodes);
         self.blocks
             .par_extend(tree.leaves.par_iter().map(|&(first, count)| {
                 let (first, count) = (first as usize, count as usize);
-                let pieces = &items[first..first + count];
-                let mut triangles: Vec<u32> = pieces.iter().map(Item::number).collect();
+                let mut triangles = [NO_TRIANGLE; WIDTH];
+                let triangles = &mut triangles[..count];
+                for (triangle, piece) in triangles.iter_mut().zip(&items[first..]) {
+                    *triangle = piece.number();
+                }
                 triangles.sort_unstable();
-                // Pieces of one triangle are met as one.
-                triangles.dedup();
                 let mut block = Block::empty();
-                for (lane, &triangle) in triangles.iter().enumerate() {
-                    block.set(lane, mesh.corners_of(triangle as usize), triangle);
+                // Pieces of one triangle are met as one.
+                for (lane, same) in triangles.chunk_by(u32::eq).enumerate() {
+                    block.set(lane, mesh.corners_of(same[0] as usize), same[0]);
                 }
                 block
             }));

@@ -125,14 +125,6 @@ impl Node {
         self.children.as_mut_array()[lane] = link.0;
     }
 
-    /// Makes the boxes wider on all sides.
-    pub fn widen(&mut self, by: f32) {
-        for axis in 0..3 {
-            self.planes[axis] -= f32x8::splat(by);
-            self.planes[axis + 3] += f32x8::splat(by);
-        }
-    }
-
     /// The child in a lane and its box; none where the lane is empty.
     pub fn child(&self, lane: usize) -> Option<(Bounds, Link)> {
         let corner = |first: usize| {
