@@ -6,6 +6,7 @@ pub mod meshes;
 use super::queues::{EncounterX8, GROUP, PathRayX8, ShadowRayX8, VertexX8};
 use crate::film::AovSample;
 use crate::lanes::{Queue, Vec3x8, WIDTH, f32x8, u32x8};
+use crate::material::Kind;
 use crate::scene::{NONE, Scene};
 use crate::shape::{NO_PRIMITIVE, Shapes};
 
@@ -75,9 +76,17 @@ impl Found<'_> {
             key: ray.key,
             index: ray.index,
         };
-        for &kind in &scene.kinds {
+        let is = |kind: Kind| {
             let of_kind = surface.kind.simd_eq(u32x8::splat(kind as u32));
-            self.vertices[kind as usize].push(hit & f32x8::from_bits(of_kind), &vertex);
+            hit & f32x8::from_bits(of_kind)
+        };
+        // Of one kind, the vertex goes straight to its queue: for more it waits in memory meanwhile.
+        if let [kind] = scene.kinds[..] {
+            self.vertices[kind as usize].push(is(kind), &vertex);
+        } else {
+            for &kind in &scene.kinds {
+                self.vertices[kind as usize].push(is(kind), &vertex);
+            }
         }
 
         let on_light = hit & f32x8::from_bits(surface.light.simd_ne(u32x8::splat(NONE)));
@@ -104,7 +113,7 @@ pub fn lights(scene: &Scene, rays: &Queue<PathRayX8>, encounters: &mut Queue<Enc
 }
 
 /// Records the rays that are on a light, and those that leave the scene where there is a sky.
-#[inline]
+#[inline(always)]
 fn meet(
     scene: &Scene,
     live: f32x8,
@@ -116,9 +125,26 @@ fn meet(
     if scene.sky.is_some() {
         found |= live & distance.simd_eq(f32x8::splat(f32::INFINITY));
     }
-    if !found.any() {
-        return;
+    if found.any() {
+        encounter(
+            scene,
+            found,
+            ray,
+            (distance, primitive, on_light),
+            encounters,
+        );
     }
+}
+
+/// Records the rays that found light.
+#[inline(never)]
+fn encounter(
+    scene: &Scene,
+    found: f32x8,
+    ray: &PathRayX8,
+    (distance, primitive, on_light): (f32x8, u32x8, f32x8),
+    encounters: &mut Queue<EncounterX8>,
+) {
     let surface = scene.surface(primitive, Vec3x8::ZERO);
     encounters.push(
         found,
