@@ -115,7 +115,149 @@ def promise(what, values, unit="", at_least=None, at_most=None, goal=None):
     return {"what": what, "unit": unit, "at_least": at_least, "at_most": at_most, "goal": goal, "measured": measured, "to_asked": to_asked}
 
 
-SECTIONS = {}
+# Of the rays, in the order of the tables, and what is looked for.
+SETS = {"primary": "closest", "diffuse": "closest", "shuffled": "closest", "shadow": "any"}
+MESHES = ["cornell", "terrain"]
+
+
+def json_lines(text):
+    return [json.loads(line) for line in text.splitlines() if line.startswith("{")]
+
+
+def fast_variants(lines, slack=0.85):
+    """The variants that come near the best of any set of rays."""
+    best = {}
+    for line in lines:
+        best[line["set"]] = max(line["mrays_s"], best.get(line["set"], 0))
+    return sorted({line["variant"] for line in lines if line["mrays_s"] >= slack * best[line["set"]]})
+
+
+def same_triangles(folder, mesh, kind, ours):
+    """The share of rays that hit the same triangle, or miss, as Embree's robust single rays say, by set."""
+    import numpy
+
+    shares = {}
+    for name in SETS:
+        theirs = numpy.fromfile(folder / f"{mesh}.{name}.{SETS[name]}.{kind}.hits", "<u4").reshape(-1, 2)[:, 1]
+        mine = numpy.fromfile(ours[name], "<u4").reshape(-1, 2)[:, 1]
+        # Any hit has no triangle: whether there is one is all that can agree.
+        same = mine == theirs if SETS[name] == "closest" else (mine == 0xFFFFFFFF) == (theirs == 0xFFFFFFFF)
+        shares[name] = float(same.mean())
+    return shares
+
+
+def rays(run):
+    """Closest and any hits per second, builds and bytes, beside Embree."""
+    data, embree = run.work / "rays/data", run.work / "rays/bin/peer_embree"
+    repeat = 1 if run.quick else 5
+    traced, builds, variants, promises, agree = [], {"embree": [], "ondine": []}, {}, [], {}
+
+    def peer(mesh, threads, only, repeat, *options):
+        jobs = [f"{data}/{mesh}.{name}.f32:{kind}" for name, kind in SETS.items()]
+        command = [embree, data / f"{mesh}.ply", "--threads", threads, "--reps", repeat, "--only", ",".join(only), *options]
+        return json_lines(launch(*command, *jobs).printed)
+
+    def ours(mesh, threads, name, repeat, *options):
+        options = ["--kind", SETS[name], "--threads", threads, "--repeat", repeat, "--json", *options]
+        return run.call("rays", data / f"{mesh}.ply", data / f"{mesh}.{name}.f32", *options)
+
+    for mesh in MESHES:
+        robust, hits = "medium-robust/i1", {name: run.folder / f"{mesh}.{name}.ours" for name in SETS}
+        peer(mesh, run.threads, [robust], 1, "--hits", run.folder)
+        for name in SETS:
+            report = ours(mesh, run.threads, name, 1, "--hits", hits[name])
+        agree[mesh] = same_triangles(run.folder, mesh, f"embree-4.4.0_{robust.replace('/', '_')}", hits)
+        size = (report["node_bytes"] + report["triangle_bytes"]) / report["triangles"]
+        for threads in sorted({1, run.threads}):
+            scouted = peer(mesh, threads, ["medium-fast"] if run.quick else ["/"], repeat)
+            only = fast_variants(scouted)
+            results = {name: ([], [], set()) for name in SETS}
+            for _ in range(run.rounds):
+                lines = peer(mesh, threads, [*only, "medium-fast/i1"], repeat)
+                reports = {name: ours(mesh, threads, name, repeat) for name in SETS}
+                for name, (theirs, mine, won) in results.items():
+                    best = max((line for line in lines if line["set"] == name), key=lambda line: line["mrays_s"])
+                    theirs.append(best["mrays_s"])
+                    won.add(best["variant"])
+                    mine.append(reports[name]["mrays_per_s"])
+                if mesh == "terrain" and threads == run.threads:
+                    builds["embree"].append(min(line["build_s"] for line in lines if line["variant"].startswith("medium")))
+                    builds["ondine"].append(statistics.median(report["build_s"] for report in reports.values()))
+            for name, (theirs, mine, won) in results.items():
+                row = {"mesh": mesh, "set": name, "threads": threads, "variants": sorted(won)}
+                traced.append(row | {"embree": spread(theirs), "ondine": spread(mine), "ratio": ratio(mine, theirs)})
+                if threads == run.threads:
+                    asked = 1.25 if name == "diffuse" else 1.0
+                    what = f"rays of {mesh}, {name}: Ondine / Embree, {threads} threads"
+                    promises.append(promise(what, traced[-1]["ratio"]["rounds"], "×", at_least=asked, goal=1.5))
+    slower = ratio(builds["ondine"], builds["embree"])
+    promises.append(promise("build of a million triangles: seconds of Ondine / Embree medium", slower["rounds"], "×", at_most=1.5))
+    promises.append(promise("size of the tree of a million triangles", [size], "bytes a triangle", at_most=120))
+    for mesh, shares in agree.items():
+        least = min(shares.values())
+        promises.append(promise(f"{mesh}: same triangle as Embree robust, the least of the sets", [100 * least], "%", at_least=99.999))
+    build = {name: spread(values) for name, values in builds.items()} | {"ratio": slower, "bytes_a_triangle": size}
+    return {"traced": traced, "build": build, "agree": agree, "promises": promises}
+
+
+NEUTRAL = "{py} {tool} {{scene}} {{out}} --ondine {ondine} -- --spp {{spp}} --threads {{threads}} --seed {{seed}} --sampler {sampler}"
+
+
+def compare_renderers(run, peers, samplers, scenes, spp, seed):
+    """One round of the renderers' driver: a report for each scene and peer."""
+    file = run.folder / "renders.jsonl"
+    file.unlink(missing_ok=True)
+    command = [run.python("renderers/venv/py311"), run.lab / "renderers/run_all.py", "--peers", peers, "--scenes", scenes, "--spp", spp, "--seed", seed]
+    command += ["--threads", run.threads, "--retries", 0, "--no-lock", "--jsonl", file]
+    for sampler in samplers:
+        told = {"py": "{py}", "tool": ROOT / "tools/run_neutral.py", "ondine": run.ondine, "sampler": sampler}
+        command += ["--add", f"{sampler}={NEUTRAL.format(**told)}"]
+    printed = launch(*command, environment={"LAB": str(run.work)}).printed
+    reports = {(line["scene"], line["peer"]): line for line in (json_lines(file.read_text()) if file.exists() else [])}
+    if missing := {(scene, peer) for scene in scenes.split(",") for peer in [*filter(None, peers.split(",")), *samplers]} - set(reports):
+        failed = [line for line in printed.splitlines() if "FAILED" in line or "skipped" in line]
+        raise Failed(f"no image of {sorted(missing)}: {'; '.join(failed)}")
+    return reports
+
+
+def images(run):
+    """Paths per second and quality for the time, beside Mitsuba; both thread counts; memory; means against references."""
+    spp, peers, samplers = 16 if run.quick else 64, ["mi_llvm", "mi_llvm_mj"], ["pcg", "sobol"]
+    rounds = [compare_renderers(run, ",".join(peers), samplers, "S1,S2", spp, seed) for seed in range(1, run.rounds + 1)]
+    rendered, promises = [], []
+    for scene in ["S1", "S2"]:
+        speed, quality = ({peer: [reports[scene, peer][key] for reports in rounds] for peer in peers + samplers} for key in ("mpaths_s", "eff_relmse"))
+        for peer in peers + samplers:
+            relmse = spread(reports[scene, peer]["relmse"] for reports in rounds)
+            rendered.append({"scene": scene, "peer": peer, "mpaths_s": spread(speed[peer]), "relmse": relmse, "efficiency": spread(quality[peer])})
+            if peer in samplers:
+                rendered[-1]["faster"] = ratio(speed[peer], list(map(max, speed["mi_llvm"], speed["mi_llvm_mj"])))
+                rendered[-1]["better"] = ratio(quality[peer], list(map(max, quality["mi_llvm"], quality["mi_llvm_mj"])))
+    of = {(row["scene"], row["peer"]): row for row in rendered}
+    for sampler in samplers:
+        faster = of["S1", sampler]["faster"]["rounds"]
+        promises.append(promise(f"paths per second on S1, {sampler}: Ondine / Mitsuba", faster, "×", at_least=6, goal=10 if sampler == "pcg" else None))
+    promises.append(promise("equal quality on S1, sobol: Ondine / Mitsuba, 1 / (relMSE · s)", of["S1", "sobol"]["better"]["rounds"], "×", at_least=6))
+    threads, peaks = {}, []
+    options = ["--size", "256x256", "--path-length", 6, "--strategy", "mis", "--spp", 64 if run.quick else 512]
+    for sampler in samplers:
+        seconds = {1: [], 2: []}
+        for _ in range(run.rounds):
+            for count, times in seconds.items():
+                report = run.render("cornell", run.folder / "threads.exr", *options, "--sampler", sampler, "--threads", count)
+                times.append(report["render_s"])
+                peaks.append(report["peak_rss_bytes"] / 2**20)
+        threads[sampler] = ratio(seconds[1], seconds[2])
+        promises.append(promise(f"two threads / one, {sampler}", threads[sampler]["rounds"], "×", at_least=1.9))
+    promises.append(promise("peak memory at 256 × 256", peaks, "MiB", at_most=64))
+    scenes = "S1" if run.quick else "S1,S1b2,S1b3,S2"
+    means = compare_renderers(run, "", ["pcg"], scenes, 64 if run.quick else 1024, 1)
+    off = max(abs(report["mean_rel"]) for report in means.values())
+    promises.append(promise(f"mean of the image against the reference, {scenes}: the greatest deviation", [100 * off], "%", at_most=0.1))
+    return {"rendered": rendered, "spp": spp, "threads": threads, "promises": promises}
+
+
+SECTIONS = {"rays": rays, "images": images}
 
 
 def main():
