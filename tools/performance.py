@@ -257,7 +257,143 @@ def images(run):
     return {"rendered": rendered, "spp": spp, "threads": threads, "promises": promises}
 
 
-SECTIONS = {"rays": rays, "images": images}
+# Run by the Python that has sphericart: DIRECTIONS.npy, greatest degree, calls a run, runs; prints seconds a call of each run.
+SPHERICART = """
+import json, sys, time
+import numpy, sphericart
+directions = numpy.load(sys.argv[1])
+degree, calls, runs = map(int, sys.argv[2:])
+basis = sphericart.SphericalHarmonics(degree)
+basis.compute(directions)
+seconds = []
+for _ in range(runs):
+    begin = time.perf_counter()
+    for _ in range(calls):
+        basis.compute(directions)
+    seconds.append((time.perf_counter() - begin) / calls)
+print(json.dumps(seconds))
+"""
+
+
+def sh(run):
+    """The basis of spherical harmonics, beside sphericart, on one thread; an environment's coefficients."""
+    import numpy
+
+    repeat, evaluated, promises = 3 if run.quick else 7, [], []
+    numbers = numpy.random.Generator(numpy.random.PCG64(1))
+    for count, calls in [(100_000 if run.quick else 1_000_000, 1), (256, 200)]:
+        file = run.folder / f"{count}.npy"
+        directions = numbers.normal(size=(count, 3))
+        numpy.save(file, (directions / numpy.linalg.norm(directions, axis=1, keepdims=True)).astype(numpy.float32))
+        for degree in (4, 8, 16):
+            theirs, mine = [], []
+            for _ in range(run.rounds):
+                command = [run.python("renderers/venv/py311"), "-c", SPHERICART, file, degree, calls, repeat]
+                seconds = json.loads(launch(*command, environment={"OMP_NUM_THREADS": "1"}).printed)
+                theirs.append(count / statistics.median(seconds) / 1e6)
+                options = ["--bands", degree, "--threads", 1, "--repeat", repeat * calls, "--json"]
+                mine.append(run.call("sh", "basis", file, *options)["points_per_s"] / 1e6)
+            row = {"directions": count, "degree": degree, "sphericart": spread(theirs), "ondine": spread(mine), "ratio": ratio(mine, theirs)}
+            evaluated.append(row)
+            what = f"SH basis to degree {degree}, {count:,} directions a call: Ondine / sphericart"
+            promises.append(promise(what, row["ratio"]["rounds"], "×", at_least=2, goal=4))
+    sky = run.folder / "sky.exr"
+    run.render("sky", sky, "--size", "2048x1024", "--spp", 1)
+    project = ["sh", "project", sky, "--bands", 8, "--threads", run.threads, "--json", "-o", run.folder / "sky.json"]
+    times = [1e3 * run.call(*project)["project_s"] for _ in range(run.rounds)]
+    promises.append(promise("an environment of 2048 × 1024 to degree 8", times, "ms", at_most=60))
+    return {"evaluated": evaluated, "promises": promises}
+
+
+def batch(run):
+    """Many small renders in one call, against the sum of their render loops."""
+    jobs, memory = (30, 100) if run.quick else (200, 1000)
+    tool = [sys.executable, ROOT / "tools/measure_batch.py", run.ondine, "--json", "--threads", run.threads]
+    report = json.loads(launch(*tool, "--jobs", jobs, "--repeat", run.rounds, "--memory", memory).printed)
+    few, many = report["memory"]
+    flat = [many["peak_rss_bytes"] / few["peak_rss_bytes"]]
+    growth = f"peak memory of a batch: {many['jobs']:,} jobs / {few['jobs']:,} jobs (asked: flat)"
+    promises = [promise(f"batch of {jobs} renders of 128 × 128, 16 spp: seconds / sum of render loops", report["ratios"], "×", at_most=1.1)]
+    return report | {"promises": [*promises, promise(growth, flat, "×")]}
+
+
+def merge(run):
+    """Parts of a large image put together."""
+    parts, size = (8 if run.quick else 64), "1920x1080"
+    names = [run.folder / f"part-{k}.exr" for k in range(1, parts + 1)]
+    for k, name in enumerate(names, 1):
+        run.render("cornell", name, "--size", size, "--spp", parts, "--shard", f"{k}/{parts}")
+    whole = run.render("cornell", run.folder / "whole.exr", "--size", size, "--spp", parts)["image_hash"]
+    turns = []
+    for _ in range(run.rounds):
+        turns.append(launch(run.ondine, "merge", *names, "-o", run.folder / "merged.exr", "--no-png", "--json"))
+        if (merged := json.loads(turns[-1].printed)["image_hash"]) != whole:
+            raise Failed(f"merged parts have image hash {merged}, the whole {whole}")
+    what = f"merge of {parts} shards of 1920 × 1080"
+    promises = [promise(f"{what}, the bits of the whole", [done.seconds for done in turns], "s", at_most=10)]
+    return {"promises": [*promises, promise(f"{what}: peak memory", [done.peak_bytes / 2**20 for done in turns], "MiB", at_most=1024)]}
+
+
+def compare(run):
+    """Two large images, with and without ꟻLIP. Whether the images agree is no matter here: exit code 1 is an answer."""
+    pair = [run.folder / "first.exr", run.folder / "second.exr"]
+    for seed, image in enumerate(pair):
+        run.render("cornell", image, "--size", "1920x1080", "--spp", 4, "--seed", seed)
+    plain, flip = [], []
+    for _ in range(run.rounds):
+        plain.append(launch(run.ondine, "compare", *pair, "--no-flip", good=(0, 1)).seconds)
+        flip.append(launch(run.ondine, "compare", *pair, good=(0, 1)).seconds)
+    what = "compare of two images of 1920 × 1080"
+    return {"promises": [promise(what, plain, "s", at_most=1), promise(f"{what}, with ꟻLIP", flip, "s", at_most=3)]}
+
+
+def dump(run):
+    """All that passes between the stages, for one tile of 16 × 16 pixels."""
+    out = run.folder / "dump"
+    times = [launch(run.ondine, "dump", "cornell", "--tile", "120,96", "--samples", "0..16", "--out", out).seconds for _ in range(run.rounds)]
+    return {"promises": [promise("dump of a 16 × 16 tile, 16 spp", times, "s", at_most=1)]}
+
+
+def growth(run):
+    """Rays and builds from ten thousand triangles to ten million."""
+    counts = [10_000, 100_000] if run.quick else [10_000, 100_000, 1_000_000, 10_000_000]
+    tool = [sys.executable, ROOT / "tools/growth.py", run.ondine, "--json", "--threads", run.threads, "--repeat", 3, "--folder", run.folder]
+    rows = json.loads(launch(*tool, "--triangles", *counts).printed)
+    first, last = rows[0], rows[-1]
+    promises = []
+    for what, key, theory in [("a diffuse ray", "diffuse_ns_by_log", "log₂ n"), ("a build", "build_ns_by_log", "n log₂ n")]:
+        share = [last[key] / first[key]]
+        promises.append(promise(f"time of {what} over {theory}: {last['triangles']:,} triangles / {first['triangles']:,} (asked: level)", share, "×"))
+    return {"grown": rows, "promises": promises}
+
+
+def memory(run):
+    """The peak of a render of a very large mesh."""
+    count = 1_000_000 if run.quick else 10_000_000
+    # As tools/growth.py calls it: what is there is not made again.
+    mesh = run.folder / f"terrain{count}.ply"
+    if not mesh.exists():
+        launch(sys.executable, ROOT / "tools/generate.py", "terrain", mesh, "--triangles", count)
+    peak = run.render(mesh, run.folder / "terrain.exr", "--size", "640x480", "--spp", 4)["peak_rss_bytes"] / 2**30
+    return {"promises": [promise(f"render of {count:,} triangles: peak memory", [peak], "GiB", at_most=4)]}
+
+
+def view(run):
+    """The live page in a browser: how soon a picture, and how much of a render's speed is left."""
+    if not shutil.which("node"):
+        raise Failed("Node is not installed")
+    moves, seconds = (3, 3) if run.quick else (20, 8)
+    tool = ["node", ROOT / "tools/measure_view.mjs", run.ondine, "cornell", "--json", "--moves", moves, "--seconds", seconds, "--rounds", run.rounds]
+    report = json.loads(launch(*tool).printed)
+    shares = [100 * turn["page_open"] / turn["render"] for turn in report["rounds"]]
+    delay = report["key_to_picture_ms"]
+    promises = [promise("first picture after a move of the camera, 512 × 512, median", [delay["median"]], "ms", at_most=150)]
+    promises.append(promise("the same, the worst", [delay["worst"]], "ms", at_most=150))
+    return report | {"promises": [*promises, promise("paths per second with the page open / those of a render", shares, "%", at_least=85)]}
+
+
+MEASURES = {"rays": rays, "images": images, "sh": sh}
+MEASURES |= {"batch": batch, "merge": merge, "compare": compare, "dump": dump, "growth": growth, "memory": memory, "view": view}
 
 
 def main():
