@@ -396,8 +396,270 @@ MEASURES = {"rays": rays, "images": images, "sh": sh}
 MEASURES |= {"batch": batch, "merge": merge, "compare": compare, "dump": dump, "growth": growth, "memory": memory, "view": view}
 
 
+def first_line(*command):
+    try:
+        return launch(*command).printed.strip().splitlines()[0]
+    except (Failed, IndexError):
+        return "unknown"
+
+
+def described(path, pattern, absent="unknown"):
+    """What a file of the system says, by a pattern with one group."""
+    try:
+        found = re.search(pattern, Path(path).read_text(), re.M)
+    except OSError:
+        found = None
+    return found[1].strip() if found else absent
+
+
+def machine():
+    """What the figures were taken on."""
+    caches = []
+    for index in sorted(Path("/sys/devices/system/cpu/cpu0/cache").glob("index*")):
+        level, kind, size = ((index / name).read_text().strip() for name in ("level", "type", "size"))
+        caches.append(f"L{level} {kind.lower()} {size}")
+    told = {key: described("/proc/cpuinfo", rf"^{key}\s*: (.+)$") for key in ("model name", "cpu family", "model", "flags")}
+    wide = [flag for flag in ("avx2", "fma", "avx512f") if flag in told["flags"].split()]
+    return {
+        "processor": f"{told['model name']} (family {told['cpu family']}, model {told['model']}; {', '.join(wide)})",
+        "cores": os.cpu_count(),
+        "caches": ", ".join(caches) or "unknown",
+        "memory": f"{int(described('/proc/meminfo', r'^MemTotal:\s*(\d+) kB', '0')) / 2**20:.1f} GiB",
+        "kernel": platform.release(),
+        "system": described("/etc/os-release", r'^PRETTY_NAME="(.+)"$'),
+        "load before": f"{os.getloadavg()[0]:.2f}",
+    }
+
+
+def versions(run):
+    """Of Ondine, of what built it, and of its peers."""
+    packages = "import importlib.metadata as m, sys; print(*(f'{name} {m.version(name)}' for name in sys.argv[1:]), sep=', ')"
+    told = {"Ondine": first_line(run.ondine, "--version"), "commit": first_line("git", "rev-parse", "--short=12", "HEAD")}
+    told |= {"Rust": first_line("rustc", "--version"), "C++ (the driver of Embree)": first_line("c++", "--version"), "Python": platform.python_version()}
+    for environment, names in [("rays/venv", ["embreex"]), ("renderers/venv/py311", ["mitsuba", "drjit", "sphericart"])]:
+        told[", ".join(names)] = first_line(run.python(environment), "-c", packages, *names)
+    return told
+
+
+def measure(run, sections):
+    """All sections, one after the other: what each gives, or why it gives nothing."""
+    measured = {}
+    for name in sections:
+        begin = time.perf_counter()
+        run.folder.mkdir(parents=True, exist_ok=True)
+        try:
+            measured[name] = MEASURES[name](run)
+        except Failed as failed:
+            measured[name] = {"not_measured": str(failed)}
+        except (OSError, ValueError, KeyError, TypeError, ImportError, ZeroDivisionError) as error:
+            measured[name] = {"not_measured": f"{type(error).__name__}: {error}"}
+        measured[name]["seconds"] = round(time.perf_counter() - begin, 1)
+        print(f"{name}: {measured[name].get('not_measured', 'measured')}, {measured[name]['seconds']} s", file=sys.stderr, flush=True)
+    return measured
+
+
+def number(value):
+    """Three digits, but all of those before the point."""
+    return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}" if abs(value) < 1 else f"{value:.2f}" if abs(value) < 10 else f"{value:.1f}"
+
+
+def shown(figure):
+    """A median, and what the rounds range over."""
+    low, high = number(figure["min"]), number(figure["max"])
+    return number(figure["median"]) + (f" ({low}–{high})" if low != high else "")
+
+
+def table(heading, rows):
+    """In Markdown. Columns whose name begins with a blank go to the right."""
+    rule = "|".join("---:" if name.startswith(" ") else "---" for name in heading)
+    return "\n".join(["| " + " | ".join(name.strip() for name in heading) + " |", f"|{rule}|", *(f"| {' | '.join(row)} |" for row in rows)])
+
+
+def ray_table(section):
+    rows = []
+    for row in section["traced"]:
+        speeds = [shown(row["embree"]), shown(row["ondine"]), shown(row["ratio"])]
+        rows.append([row["mesh"], row["set"], str(row["threads"]), ", ".join(f"`{name}`" for name in row["variants"]), *speeds])
+    return table(["mesh", "rays", " threads", "Embree's best", " Embree, M rays/s", " Ondine, M rays/s", " ratio"], rows)
+
+
+def build_table(section):
+    build = section["build"]
+    row = [shown(build["embree"]), shown(build["ondine"]), shown(build["ratio"]), number(build["bytes_a_triangle"])]
+    return table([" Embree medium, s", " Ondine, s", " Ondine / Embree", " bytes a triangle"], [row])
+
+
+def image_table(section):
+    names = {"mi_llvm": "Mitsuba, independent", "mi_llvm_mj": "Mitsuba, multijitter", "pcg": "Ondine, `pcg`", "sobol": "Ondine, `sobol`"}
+    rows = []
+    for row in section["rendered"]:
+        ratios = [shown(row[key]) if key in row else "" for key in ("faster", "better")]
+        rows.append([row["scene"], names[row["peer"]], shown(row["mpaths_s"]), ratios[0], shown(row["relmse"]), shown(row["efficiency"]), ratios[1]])
+    return table(["scene", "renderer", " M paths/s", " ratio", " relMSE", " 1 / (relMSE · s)", " ratio"], rows)
+
+
+def thread_table(section):
+    return table(["sampler", " two threads / one"], [[f"`{name}`", shown(figure)] for name, figure in section["threads"].items()])
+
+
+def sh_table(section):
+    rows = []
+    for row in section["evaluated"]:
+        rows.append([f"{row['directions']:,}", str(row["degree"]), *(shown(row[key]) for key in ("sphericart", "ondine", "ratio"))])
+    return table([" directions a call", " degree", " sphericart, M/s", " Ondine, M/s", " ratio"], rows)
+
+
+def growth_table(section):
+    rows = []
+    for row in section["grown"]:
+        numbers = [row["build_s"], *row["mrays_per_s"].values(), row["diffuse_ns_by_log"], row["build_ns_by_log"]]
+        rows.append([f"{row['triangles']:,}", *map(number, numbers)])
+    heading = [" triangles", " build, s", " primary", " diffuse", " shuffled", " shadow", " ns a diffuse ray / log₂ n", " build, ns a triangle / log₂ n"]
+    return table(heading, rows)
+
+
+def promise_table(sections):
+    """Every figure that was asked for, and those that could not be measured."""
+    rows = []
+    for name, section in sections.items():
+        if "not_measured" in section:
+            rows.append([f"all of `{name}`", "", "", f"not measured: {section['not_measured'].replace('|', '/')}", "", ""])
+            continue
+        for row in section["promises"]:
+            sign, asked = ("≥", row["at_least"]) if row["at_most"] is None else ("≤", row["at_most"])
+            unit = f" {row['unit']}" if row["unit"] else ""
+            limit = "" if asked is None else f"{sign} {asked:,g}{unit}"
+            met = "" if asked is None else "yes" if row["to_asked"] >= 1 else "**no**"
+            if met == "yes" and row["goal"] is not None and row["measured"]["median"] >= row["goal"]:
+                met = "yes, and the goal"
+            goal = "" if row["goal"] is None else f"{row['goal']:g}{unit}"
+            figure = row["measured"]
+            # Three digits do not tell 99.998 from 99.999.
+            value = f"{figure['median']:.4f}" if row["unit"] == "%" and 99.9 < figure["median"] < 100 else shown(figure)
+            rows.append([row["what"], limit, goal, value + unit, "" if asked is None else number(row["to_asked"]), met])
+    return table(["what", " asked", " goal", " measured", " to what was asked", "met"], rows)
+
+
+TABLES = {"ray_table": ("rays", ray_table), "build_table": ("rays", build_table), "image_table": ("images", image_table)}
+TABLES |= {"thread_table": ("images", thread_table), "sh_table": ("sh", sh_table), "growth_table": ("growth", growth_table)}
+
+
+def page(report):
+    """The page, from the raw figures."""
+    sections = report["sections"]
+    values = {key: report[key] for key in ("date", "command", "rounds", "threads")}
+    values["quick"] = "**These figures are of `--quick`, a trial: they say nothing.**\n\n" if report["quick"] else ""
+    for key in ("machine", "versions"):
+        values[key] = table(["", ""], [[name, str(told)] for name, told in report[key].items()])
+    for key, (name, build) in TABLES.items():
+        section = sections.get(name, {"not_measured": "left out by `--only`"})
+        values[key] = f"Not measured: {section['not_measured']}." if "not_measured" in section else build(section)
+    judged = [row["to_asked"] >= 1 for section in sections.values() for row in section.get("promises", []) if row["to_asked"] is not None]
+    values |= {"met": sum(judged), "asked": len(judged), "promise_table": promise_table(sections)}
+    values["spp"] = sections.get("images", {}).get("spp", "some")
+    values["minutes"] = f"{sum(section['seconds'] for section in sections.values()) / 60:.0f}"
+    return string.Template((ROOT / "tools/performance.template.md").read_text()).substitute(values)
+
+
+def self_test():
+    """Parsers and tables on texts that were once printed."""
+    lines = json_lines(
+        "noise\n"
+        '{"variant":"medium-fast/i1","set":"diffuse","mrays_s":10.0}\n'
+        '{"variant":"medium-fast/i8i","set":"diffuse","mrays_s":9.0}\n'
+        '{"variant":"high-fast/i8c","set":"diffuse","mrays_s":3.0}\n'
+        '{"variant":"high-fast/i8c","set":"primary","mrays_s":30.0}\n'
+        '{"variant":"medium-fast/i1","set":"primary","mrays_s":12.0}\n'
+    )
+    assert len(lines) == 5
+    assert fast_variants(lines) == ["high-fast/i8c", "medium-fast/i1", "medium-fast/i8i"]
+    assert fast_variants(lines[:3]) == ["medium-fast/i1", "medium-fast/i8i"]
+    assert spread([3, 1, 2]) == {"median": 2, "min": 1, "max": 3, "rounds": [3, 1, 2]}
+    assert ratio([4, 9], [2, 3])["rounds"] == [2, 3]
+    assert promise("more", [3], at_least=2)["to_asked"] == 1.5
+    assert promise("less", [4], at_most=2)["to_asked"] == 0.5
+    assert promise("level", [4])["to_asked"] is None
+    assert [number(value) for value in (12345.6, 99.94, 1.234, 0.0123)] == ["12,346", "99.9", "1.23", "0.0123"]
+    assert shown(spread([1, 2, 4])) == "2.00 (1.00–4.00)" and shown(spread([5])) == "5.00"
+    done = launch(sys.executable, "-c", "print(1)")
+    assert done.printed == "1\n" and done.peak_bytes > 0
+    try:
+        launch(sys.executable, "-c", "import sys; sys.exit('it broke')")
+        raise AssertionError("a failure goes unnoticed")
+    except Failed as failed:
+        assert "it broke" in str(failed)
+    one = spread([2.0])
+    row = {"mesh": "cornell", "set": "shadow", "threads": 2, "variants": ["medium-fast/i8c"], "embree": one, "ondine": one, "ratio": one}
+    build = {"embree": one, "ondine": one, "ratio": one, "bytes_a_triangle": 53.0}
+    promises = [promise("a thing", [3], "×", at_least=2, goal=3), promise("another", [3], "s", at_most=2)]
+    sections = {"rays": {"traced": [row], "build": build, "promises": promises, "seconds": 1}, "sh": {"not_measured": "why | not", "seconds": 1}}
+    report = {"date": "today", "command": "this", "rounds": 1, "threads": 2, "quick": False, "machine": {"cores": 2}, "versions": {}, "sections": sections}
+    text = page(report)
+    for expected in [
+        "| cornell | shadow | 2 | `medium-fast/i8c` | 2.00 | 2.00 | 2.00 |",
+        "| a thing | ≥ 2 × | 3 × | 3.00 × | 1.50 | yes, and the goal |",
+        "| another | ≤ 2 s |  | 3.00 s | 0.667 | **no** |",
+        "not measured: why / not",
+        "Not measured: left out by `--only`.",
+    ]:
+        assert expected in text, expected
+    print("performance: parsers and tables give what they should")
+
+
+def parse_sections(text):
+    names = [part for word in text.split(",") for part in (PROMISES if word == "promises" else [word])]
+    if unknown := [name for name in names if name not in MEASURES]:
+        raise argparse.ArgumentTypeError(f"there is no section {', '.join(unknown)}; there are {', '.join(MEASURES)}, and promises")
+    return names
+
+
 def main():
-    return 0
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--ondine", type=Path, default=ROOT / "target/release/ondine", metavar="PROGRAM", help="default: target/release/ondine")
+    parser.add_argument("--lab", type=Path, metavar="SCRIPTS", help="the drivers of the peers")
+    parser.add_argument("--work", type=Path, metavar="SCRATCH", help="what they built; what is measured is written there, too")
+    parser.add_argument("--only", type=parse_sections, default=PEERS + PROMISES, metavar="LIST", help="sections, with commas between")
+    parser.add_argument("--rounds", type=int, metavar="N", help="by turns; default 3, with --quick 1")
+    parser.add_argument("--threads", type=int, default=2, metavar="N", help="default 2")
+    parser.add_argument("--quick", action="store_true", help="everything small: a trial")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs/performance.json", metavar="FILE", help="raw figures, and the page beside them; default: docs/performance.json")
+    parser.add_argument("--page", action="store_true", help="write the page from the raw figures, without measuring")
+    parser.add_argument("--self-test", action="store_true")
+    options = parser.parse_args()
+    if options.self_test:
+        self_test()
+        return 0
+    try:
+        if options.page:
+            report = json.loads(options.out.read_text())
+            options.out.with_suffix(".md").write_text(page(report))
+            return 0
+        if options.rounds is not None and options.rounds < 1 or options.threads < 1:
+            parser.error("--rounds and --threads are at least 1")
+        if not options.ondine.is_file():
+            parser.error(f"there is no program {options.ondine}; `cargo build --release` builds it, and --ondine names another")
+        if set(PEERS) & set(options.only) and not (options.lab and options.work):
+            parser.error("rays, images and sh need --lab and --work; --only promises does without")
+        for folder in filter(None, (options.lab, options.work)):
+            if not folder.is_dir():
+                parser.error(f"there is no folder {folder}")
+        rounds = options.rounds or (1 if options.quick else 3)
+        with tempfile.TemporaryDirectory(dir=options.work) as scratch:
+            lab, work = ((path or Path(scratch)).resolve() for path in (options.lab, options.work))
+            run = Run(options.ondine.resolve(), lab, work, Path(scratch).resolve(), options.threads, rounds, options.quick)
+            report = {"date": time.strftime("%Y-%m-%d"), "rounds": rounds, "threads": run.threads, "quick": run.quick, "machine": machine()}
+            only = "" if options.only == PEERS + PROMISES else f" --only {','.join(options.only)}"
+            report["command"] = f"tools/performance.py --lab SCRIPTS --work SCRATCH{only} --rounds {rounds} --threads {run.threads}{' --quick' * run.quick}"
+            report |= {"versions": versions(run), "sections": measure(run, options.only)}
+        text = json.dumps(report, indent=1)
+        for path in {str(path) for path in (run.folder, run.lab, run.work, ROOT)}:
+            text = text.replace(f"{path}/", "").replace(path, ".")
+        options.out.write_text(text + "\n")
+        options.out.with_suffix(".md").write_text(page(json.loads(text)))
+    except (OSError, ValueError, KeyError) as error:
+        print(f"performance: {options.out}: {error}", file=sys.stderr)
+        return 2
+    return 1 if any("not_measured" in section for section in report["sections"].values()) else 0
 
 
 if __name__ == "__main__":
