@@ -418,13 +418,14 @@ def machine():
     for index in sorted(Path("/sys/devices/system/cpu/cpu0/cache").glob("index*")):
         level, kind, size = ((index / name).read_text().strip() for name in ("level", "type", "size"))
         caches.append(f"L{level} {kind.lower()} {size}")
+    kilobytes = int(described("/proc/meminfo", r"^MemTotal:\s*(\d+) kB", "0"))
     told = {key: described("/proc/cpuinfo", rf"^{key}\s*: (.+)$") for key in ("model name", "cpu family", "model", "flags")}
     wide = [flag for flag in ("avx2", "fma", "avx512f") if flag in told["flags"].split()]
     return {
         "processor": f"{told['model name']} (family {told['cpu family']}, model {told['model']}; {', '.join(wide)})",
         "cores": os.cpu_count(),
         "caches": ", ".join(caches) or "unknown",
-        "memory": f"{int(described('/proc/meminfo', r'^MemTotal:\s*(\d+) kB', '0')) / 2**20:.1f} GiB",
+        "memory": f"{kilobytes / 2**20:.1f} GiB",
         "kernel": platform.release(),
         "system": described("/etc/os-release", r'^PRETTY_NAME="(.+)"$'),
         "load before": f"{os.getloadavg()[0]:.2f}",
