@@ -219,7 +219,7 @@ def images(run):
     of = {(row["scene"], row["peer"]): row for row in rendered}
     for sampler in samplers:
         faster = of["S1", sampler]["faster"]["rounds"]
-        promises.append(promise(f"paths per second on S1, {sampler}: Ondine / Mitsuba", faster, "×", at_least=6, goal=10 if sampler == "pcg" else None))
+        promises.append(promise(f"paths per second on S1, {sampler}: Ondine / Mitsuba", faster, "×", at_least=6, goal=10))
     promises.append(promise("equal quality on S1, sobol: Ondine / Mitsuba, 1 / (relMSE · s)", of["S1", "sobol"]["better"]["rounds"], "×", at_least=6))
     threads, peaks = {}, []
     options = ["--size", "256x256", "--path-length", 6, "--strategy", "mis", "--spp", 64 if run.quick else 512]
@@ -285,7 +285,26 @@ def sh(run):
     project = ["sh", "project", sky, "--bands", 8, "--threads", run.threads, "--json", "-o", run.folder / "sky.json"]
     times = [1e3 * run.call(*project)["project_s"] for _ in range(run.rounds)]
     promises.append(promise("an environment of 2048 × 1024 to degree 8", times, "ms", at_most=60))
+    what = "coefficients of Phong lobes against quadrature, n = 1, 5, 10, 50, 1000, l to 20: the greatest relative error"
+    promises.append(promise(what, [lobe_error(run)], at_most=1e-6))
     return {"evaluated": evaluated, "promises": promises}
+
+
+def lobe_error(run):
+    """The greatest relative error of clamped Phong lobes' coefficients in closed form; absolute, of those that are 0."""
+    import numpy
+
+    lobes = run.call("sh", "lobe", "--exponent", "1,5,10,50,1000", "--bands", 20, "--json")["lobes"]
+    # Exact for polynomials up to degree 1199.
+    nodes, weights = numpy.polynomial.legendre.leggauss(600)
+    cosine, weights, worst = (nodes + 1) / 2, weights / 2, 0.0
+    for lobe in lobes:
+        radiance = weights * (lobe["exponent"] + 1) / 2 * cosine ** lobe["exponent"]
+        for degree, value in enumerate(lobe["exact"]):
+            legendre = numpy.polynomial.legendre.Legendre.basis(degree)(cosine)
+            integral = ((2 * degree + 1) * numpy.pi) ** 0.5 * (radiance * legendre).sum()
+            worst = max(worst, float(abs(value - integral) / (abs(integral) if value else 1)))
+    return worst
 
 
 def batch(run):
