@@ -23,10 +23,11 @@ import re
 import sys
 import tempfile
 import time
+from fractions import Fraction
 from pathlib import Path
 
 from performance_page import number, page, shown
-from performance_sections import MEASURES, PEERS, PROMISES, Failed, Run, fast_variants, json_lines, launch, promise, ratio, spread
+from performance_sections import MEASURES, PEERS, PROMISES, Failed, Run, fast_variants, json_lines, launch, legendre_moment, promise, ratio, spread
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -115,6 +116,8 @@ def self_test():
     assert promise("no error", [0], at_most=1)["met"] and not promise("more", [1], at_least=2)["met"]
     assert [number(value) for value in (12345.6, 99.94, 1.234, 0.0123)] == ["12,346", "99.9", "1.23", "0.0123"]
     assert shown(spread([1, 2, 4])) == "2.00 (1.00–4.00)" and shown(spread([5])) == "5.00"
+    # x³ (3x² − 1) / 2 over 0..1.
+    assert legendre_moment(2, 3) == Fraction(1, 8)
     done = launch(sys.executable, "-c", "print(1)")
     assert done.printed == "1\n" and done.peak_bytes > 0
     try:
@@ -156,7 +159,8 @@ def main():
     parser.add_argument("--rounds", type=int, metavar="N", help="by turns; default 3, with --quick 1")
     parser.add_argument("--threads", type=int, default=2, metavar="N", help="default 2")
     parser.add_argument("--quick", action="store_true", help="everything small: a trial")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs/performance.json", metavar="FILE", help="raw figures, the page beside them; default: docs/performance.json")
+    out = "raw figures, the page beside them; default: docs/performance.json"
+    parser.add_argument("--out", type=Path, default=ROOT / "docs/performance.json", metavar="FILE", help=out)
     parser.add_argument("--page", action="store_true", help="write the page from the raw figures, without measuring")
     parser.add_argument("--self-test", action="store_true")
     options = parser.parse_args()
