@@ -190,8 +190,9 @@ def main():
             report["command"] = f"tools/performance.py --lab SCRIPTS --work SCRATCH{only} --rounds {rounds} --threads {run.threads}{' --quick' * run.quick}"
             report |= {"versions": versions(run), "sections": measure(run, options.only)}
         text = json.dumps(report, indent=1)
-        for path in {str(path) for path in (run.folder, run.lab, run.work, ROOT)}:
-            text = text.replace(f"{path}/", "").replace(path, ".")
+        # Where things lie on this machine is nobody's matter.
+        for path in sorted({str(path) for path in (run.folder, run.lab, run.work, ROOT)}, key=len, reverse=True):
+            text = re.sub(rf"{re.escape(path)}(?:/|(?![\w.-]))", "", text)
         options.out.write_text(text + "\n")
         options.out.with_suffix(".md").write_text(page(json.loads(text)))
     except (OSError, ValueError, KeyError) as error:
