@@ -153,9 +153,8 @@ def rays(run):
             report = ours(mesh, run.threads, name, 1, "--hits", hits[name])
         agree[mesh] = same_triangles(run.folder, mesh, f"embree-4.4.0_{robust.replace('/', '_')}", hits)
         size = (report["node_bytes"] + report["triangle_bytes"]) / report["triangles"]
+        only = fast_variants(peer(mesh, run.threads, ["medium-fast"] if run.quick else ["/"], 1))
         for threads in sorted({1, run.threads}):
-            scouted = peer(mesh, threads, ["medium-fast"] if run.quick else ["/"], min(repeat, 2))
-            only = fast_variants(scouted)
             results = {name: ([], [], set()) for name in SETS}
             for _ in range(run.rounds):
                 lines = peer(mesh, threads, [*only, "medium-fast/i1"], repeat)
