@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures how the tree grows: terrains of 10^4 to 10^7 triangles, traced by `ondine rays`, as a table in Markdown.
 
-    growth.py ONDINE [--triangles N ...] [--threads N] [--repeat N] [--side N] [--folder FOLDER]
+    growth.py ONDINE [--triangles N ...] [--threads N] [--repeat N] [--side N] [--folder FOLDER] [--json]
 
 Each terrain of tools/generate.py has the same shape in more detail. Rays: `primary`, SIDE x SIDE from one camera in tiles of
 8x8 pixels; `diffuse`, from what those met, cosine-distributed about the triangle's normal, in that order; `shuffled`, the same
@@ -9,7 +9,7 @@ in random order; `shadow`, from there towards a lamp 25 units square, any hit. T
 a ray (ns) over log2 n, build time (ns) a triangle over log2 n. Both stay nearly level if traversal grows like log n and
 building like n log n, but for what no longer fits in caches.
 
-Meshes and rays stay in FOLDER if one is named (some 700 MB). Needs the package numpy.
+--json prints the rows as one array. Meshes and rays stay in FOLDER if one is named (some 700 MB). Needs the package numpy.
 """
 
 import argparse
@@ -110,17 +110,24 @@ def measure(options, folder, triangles):
     return 2 * round(math.sqrt(triangles / 2)) ** 2, reports
 
 
-def table(options, folder):
-    print("| triangles | build, s | primary | diffuse | shuffled | shadow | bytes a triangle | ns a diffuse ray / log2 n | build ns a triangle / log2 n |")
-    print("|" + "---:|" * 9)
+def rows(options, folder):
+    """What the table shows, one mesh after the other."""
     for wanted in options.triangles:
         count, reports = measure(options, folder, wanted)
         build = sorted(report["build_s"] for report in reports.values())[len(reports) // 2]
-        speeds = [reports[name]["mrays_per_s"] for name in ("primary", "diffuse", "shuffled", "shadow")]
+        speeds = {name: reports[name]["mrays_per_s"] for name in ("primary", "diffuse", "shuffled", "shadow")}
         size = (reports["primary"]["node_bytes"] + reports["primary"]["triangle_bytes"]) / count
         log = math.log2(count)
-        columns = [f"{count:,}", f"{build:.3f}", *(f"{speed:.2f}" for speed in speeds), f"{size:.0f}"]
-        columns += [f"{1e3 / speeds[1] / log:.2f}", f"{1e9 * build / count / log:.2f}"]
+        by_log = {"diffuse_ns_by_log": 1e3 / speeds["diffuse"] / log, "build_ns_by_log": 1e9 * build / count / log}
+        yield {"triangles": count, "build_s": build, "mrays_per_s": speeds, "bytes_a_triangle": size, **by_log}
+
+
+def table(options, folder):
+    print("| triangles | build, s | primary | diffuse | shuffled | shadow | bytes a triangle | ns a diffuse ray / log2 n | build ns a triangle / log2 n |")
+    print("|" + "---:|" * 9)
+    for row in rows(options, folder):
+        columns = [f"{row['triangles']:,}", f"{row['build_s']:.3f}", *(f"{speed:.2f}" for speed in row["mrays_per_s"].values())]
+        columns += [f"{row['bytes_a_triangle']:.0f}", f"{row['diffuse_ns_by_log']:.2f}", f"{row['build_ns_by_log']:.2f}"]
         print(f"| {' | '.join(columns)} |", flush=True)
     print(f"\nM rays/s, {options.threads} threads, median of {options.repeat}.")
 
@@ -133,6 +140,7 @@ def main():
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--side", type=int, default=1024, help="of the image of primary rays, a multiple of 8; default 1024")
     parser.add_argument("--folder", type=Path, help="keep meshes and rays there")
+    parser.add_argument("--json", action="store_true", help="print one JSON array instead of a table")
     options = parser.parse_args()
     if options.side < 8 or options.side % 8:
         parser.error("--side is a multiple of 8")
@@ -140,7 +148,11 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             if options.folder:
                 options.folder.mkdir(parents=True, exist_ok=True)
-            table(options, options.folder or Path(folder))
+            folder = options.folder or Path(folder)
+            if options.json:
+                print(json.dumps(list(rows(options, folder))))
+            else:
+                table(options, folder)
     except (OSError, ValueError, KeyError) as error:
         print(f"growth: {error}", file=sys.stderr)
         return 2

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """How well a batch keeps a machine busy: many small renders in one `ondine batch`, against the sum of their render times.
 
-    python3 tools/measure_batch.py target/release/ondine [--jobs 200] [--size 128x128] [--spp 16] [--memory 1000]
+    python3 tools/measure_batch.py target/release/ondine [--jobs 200] [--size 128x128] [--spp 16] [--memory 1000] [--json]
 
 Three scenes, each with as many seeds as it takes. Some of each are rendered by themselves on one thread: `render_s`, the
 render loop alone, times the number of jobs, divided by the number of threads, is what a batch without any overhead would
 take. Printed: that time, the time of the batch with process start, scenes and files, and their ratio, the median of some runs;
 and the same against the whole processes of the single renders. With --memory N: peak memory of a batch of N jobs against one of
-N/10. Measure on a quiet machine.
+N/10. --json prints one object instead. Measure on a quiet machine.
 """
 
 import argparse
@@ -61,14 +61,18 @@ def main():
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--memory", type=int, default=0)
+    parser.add_argument("--json", action="store_true")
     asked = parser.parse_args()
+    say = (lambda line: None) if asked.json else print
+    memory = []
     ondine = str(pathlib.Path(asked.ondine).resolve())
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         if asked.memory:
             for count in [asked.memory // 10, asked.memory]:
                 _, report = batch(ondine, folder / f"memory-{count}", count, "64x64", 4, asked.threads)
-                print(f"{report['jobs']} jobs: peak memory {report['peak_rss_bytes'] / 2**20:.1f} MiB")
+                memory.append({key: report[key] for key in ("jobs", "peak_rss_bytes")})
+                say(f"{report['jobs']} jobs: peak memory {report['peak_rss_bytes'] / 2**20:.1f} MiB")
         ratios = []
         for turn in range(asked.repeat):
             seconds, report = batch(ondine, folder / f"batch-{turn}", asked.jobs, asked.size, asked.spp, asked.threads)
@@ -84,11 +88,13 @@ def main():
                 loops += share * statistics.median(loop for loop, _ in times)
                 processes += share * statistics.median(process for _, process in times)
             ratios.append(seconds / loops)
-            print(
+            say(
                 f"{report['jobs']} jobs in {seconds:.2f} s on {asked.threads} threads; render loops alone {loops:.2f} s: {ratios[-1]:.3f}; "
                 f"one process each {processes:.2f} s: {seconds / processes:.3f}"
             )
-    print(f"median {statistics.median(ratios):.3f}")
+    say(f"median {statistics.median(ratios):.3f}")
+    if asked.json:
+        print(json.dumps({"ratios": ratios, "memory": memory}))
 
 
 if __name__ == "__main__":
