@@ -145,6 +145,8 @@
 //! - Tables of up to 16 rows (materials, lights, surfaces) are kept by column, and read by shuffles: [`lanes::Table`].
 //! - Hits are compared as bit patterns: one unsigned minimum for three comparisons of floats ([`shape`]).
 //! - Numbers beyond [`sampling::LAST_SOBOL_BOUNCE`] are hashes: no stratum survives that many dimensions.
+//! - In a scene of one material kind a vertex goes straight to its queue: with a loop over the kinds it waits in memory. Few
+//!   rays find light by themselves, so what that takes stands aside. Intersecting the box takes a tenth less.
 //! - Triangles are met by a tree of eight children a node and eight triangles a leaf ([`bvh`]). Rays that keep together go as
 //!   packets of 16: a bundle of intervals against eight boxes. The others go as a stream: 32 are under way, and each takes its
 //!   step without a branch that could be mispredicted. Either way a triangle test is the same operations, so which way a ray
@@ -183,6 +185,7 @@
 //!   faster.
 //! - Masks kept as data, so that the compiler makes no masked stores: 10 % slower shading.
 //! - Rows and columns of camera rays by eight-lane division in place of a counter: no faster.
+//! - Closing up what is left of a batch field by field, without a branch on how many lanes there are: no faster.
 //! - The inverse of a sphere's cone by the stable `s / (1 + sqrt(1 − s))`: a quotient that waits for a root. A short series
 //!   and the plain difference, each where it is exact, take its place.
 
