@@ -64,7 +64,16 @@ pub fn read(path: &Path) -> Result<Report> {
     serde_json::from_value(value).map_err(|error| wrong(format!("is damaged ({error}); {remedy}")))
 }
 
-/// Compares what both runs measured.
+/// How much faster the machine itself was in the new run than in the old, by what it read from its first caches: 1 where
+/// nothing changed.
+pub fn pace(old: &Report, new: &Report) -> f64 {
+    match [old, new].map(|report| report.pace_gbytes.median()) {
+        [then, now] if then > 0.0 && now > 0.0 => now / then,
+        _ => 1.0,
+    }
+}
+
+/// Compares what both runs measured. What the machine itself did, by its [`pace`], is added to the noise.
 ///
 /// # Errors
 /// [`Error::Usage`] where they did not do the same work: other suites, other numbers of threads.
@@ -83,6 +92,8 @@ pub fn compare(old: &Report, new: &Report, noise: f64) -> Result<Vec<Figure>> {
             [old.threads, new.threads].map(|n| n.to_string()),
         );
     }
+    let pace = pace(old, new);
+    let noise = noise + pace.max(1.0 / pace) - 1.0;
     let before = old.figures();
     let figures = new.figures().into_iter().filter_map(|(name, now)| {
         let (_, then) = before.iter().find(|(other, _)| *other == name)?;

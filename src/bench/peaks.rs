@@ -34,29 +34,61 @@ const REPEATS: usize = 5;
 /// Independent sums: enough to hide the latency of an addition.
 const CHAINS: usize = 12;
 
+/// Bytes that lie in anybody's first cache.
+const FIRST_CACHE: usize = 16 << 10;
+
+/// How fast a pool's threads are just now.
+pub struct Pace<'a> {
+    pool: &'a ThreadPool,
+    arrays: Vec<Vec<f32x8>>,
+}
+
+impl<'a> Pace<'a> {
+    /// Of a pool.
+    pub fn new(pool: &'a ThreadPool) -> Self {
+        Self {
+            arrays: arrays(pool, FIRST_CACHE),
+            pool,
+        }
+    }
+
+    /// 10⁹ bytes per second that all threads read from their first caches. Takes some milliseconds. Whoever shares a core
+    /// with this program, as a neighbour on a virtual machine may, is in its cache too: by this it is noticed, and by clocks not.
+    pub fn now(&self) -> f64 {
+        read(self.pool, &self.arrays, 1 << 28) / 1e9
+    }
+}
+
 /// Measures the peaks of a pool's threads.
 pub fn measure(pool: &ThreadPool) -> Peaks {
     let threads = pool.current_num_threads();
     let mut peaks = Peaks::default();
-    for _ in 0..=REPEATS {
+    // The first is to warm up.
+    let _ = flops(pool);
+    for _ in 0..REPEATS {
         peaks.gflops.push(flops(pool) / 1e9);
     }
     // What lies in memory is larger than the last cache, whosever share.
     for (level, bytes) in [
-        ("L1", 16 << 10),
+        ("L1", FIRST_CACHE),
         ("L2", 192 << 10),
         ("memory", (256 << 20) / threads.min(8)),
     ] {
-        let arrays: Vec<Vec<f32x8>> = (0..threads)
-            .map(|_| vec![f32x8::ONE; bytes / size_of::<f32x8>()])
-            .collect();
+        let arrays = arrays(pool, bytes);
+        let gbytes = (0..REPEATS).map(|_| read(pool, &arrays, 1 << 30) / 1e9);
         peaks.read.push(Bandwidth {
             level: level.to_owned(),
             bytes,
-            gbytes: (0..REPEATS).map(|_| read(pool, &arrays) / 1e9).collect(),
+            gbytes: gbytes.collect(),
         });
     }
     peaks
+}
+
+/// One for each thread.
+fn arrays(pool: &ThreadPool, bytes: usize) -> Vec<Vec<f32x8>> {
+    let numbers = bytes / size_of::<f32x8>();
+    vec![vec![f32x8::ONE; numbers]; pool.current_num_threads()]
 }
 
 /// Has all threads do something at once; seconds until the last was done.
@@ -95,11 +127,10 @@ fn flops(pool: &ThreadPool) -> f64 {
     operations as f64 / seconds
 }
 
-fn read(pool: &ThreadPool, arrays: &[Vec<f32x8>]) -> f64 {
-    /// Bytes that each thread reads.
-    const ALL: usize = 1 << 30;
+/// Bytes per second of all threads, each of which reads its array over and over until it has read so many.
+fn read(pool: &ThreadPool, arrays: &[Vec<f32x8>], each: usize) -> f64 {
     let bytes = size_of_val(&arrays[0][..]);
-    let rounds = ALL.div_ceil(bytes);
+    let rounds = each.div_ceil(bytes);
     let seconds = together(pool, |thread| {
         let mut sums = [f32x8::ZERO; CHAINS];
         for _ in 0..rounds {

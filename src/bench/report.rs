@@ -26,6 +26,9 @@ pub struct Report {
     pub machine: Machine,
     /// 10⁹ cycles per second, as seen before each measurement.
     pub clock_ghz: Series,
+    /// 10⁹ bytes per second that all threads read from their first caches, before each measurement: slower where others share
+    /// the cores, as on a virtual machine.
+    pub pace_gbytes: Series,
     /// Measurements that were taken again, for others kept the processors busy meanwhile.
     pub disturbed: usize,
     /// Measurements that were kept although others did.

@@ -1,7 +1,7 @@
 //! Runs a suite: everything by turns, so that a machine that slows down slows down everything.
 
 use super::machine::{Machine, Watch, clock};
-use super::peaks;
+use super::peaks::{self, Pace};
 use super::proof;
 use super::report::{CaseReport, Point, Record, Report, Scaling, Score, VERSION};
 use super::scenes::{Case, PATH_LENGTH, Suite};
@@ -73,6 +73,8 @@ struct Bench<'a, T> {
     done: usize,
     steps: usize,
     clock: Series,
+    pace: Pace<'a>,
+    paces: Series,
     disturbed: usize,
     accepted: usize,
 }
@@ -102,6 +104,8 @@ pub fn run(
         done: 0,
         steps: (cases + scalings) * (plan.repeats + 1) + cases,
         clock: Series::default(),
+        pace: Pace::new(&pool),
+        paces: Series::default(),
         disturbed: 0,
         accepted: 0,
     };
@@ -139,6 +143,7 @@ pub fn run(
         repeats: plan.repeats,
         machine: Machine::here(plan.target_features.clone()),
         clock_ghz: bench.clock,
+        pace_gbytes: bench.paces,
         disturbed: bench.disturbed,
         accepted: bench.accepted,
         peaks: peaks::measure(&pool),
@@ -292,6 +297,7 @@ impl<T: Fn(&Context, &Wave, &mut Workspace) + Sync> Bench<'_, T> {
     fn measure<R>(&mut self, mut work: impl FnMut(&Self) -> Result<R>) -> Result<R> {
         for _ in 0..AGAIN {
             self.clock.push(clock());
+            self.paces.push(self.pace.now());
             let watch = Watch::start();
             let result = work(self)?;
             if watch.others().is_none_or(|others| others <= MOST_OTHERS) {

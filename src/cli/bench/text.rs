@@ -1,7 +1,7 @@
 //! A report as tables.
 
 use crate::bench::Report;
-use crate::bench::against::{Change, Figure};
+use crate::bench::against::{self, Change, Figure};
 use crate::bench::report::{CaseReport, Scaling};
 use crate::wavefront::Stage;
 use std::fmt::Write;
@@ -198,6 +198,16 @@ pub(super) fn against(old: &Report, new: &Report, figures: &[Figure], noise: f64
         if old != new {
             let _ = writeln!(text, "  another {what}: {old}");
         }
+    }
+    let pace = against::pace(old, new);
+    if (pace - 1.0).abs() > 0.01 {
+        let percent = 100.0 * (pace - 1.0);
+        let _ = writeln!(
+            text,
+            "  the machine itself was {:.0} % {}: others share its cores, or its clock changed; that much more counts as noise",
+            percent.abs(),
+            if percent > 0.0 { "faster" } else { "slower" },
+        );
     }
     let count = |change| {
         figures
