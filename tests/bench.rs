@@ -12,21 +12,25 @@ use ondine::wavefront::{self, Context, Wave, Workspace};
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
-/// Runs the box alone, each thing once.
-fn report_of(scaling: bool, trace: &(impl Fn(&Context, &Wave, &mut Workspace) + Sync)) -> Report {
-    let plan = Plan {
+/// The box alone, each thing once.
+fn plan(scaling: bool) -> Plan {
+    Plan {
         suite: Suite::Quick,
         cases: CASES.iter().filter(|case| case.name == "box").collect(),
         scaling,
         threads: vec![2],
         repeats: 1,
         target_features: String::new(),
-    };
+    }
+}
+
+/// Runs it.
+fn report_of(scaling: bool, trace: &(impl Fn(&Context, &Wave, &mut Workspace) + Sync)) -> Report {
     let look = Look {
         stop: &AtomicBool::new(false),
         progress: &|_, _| (),
     };
-    run(&plan, trace, &look)
+    run(&plan(scaling), trace, &look)
         .unwrap()
         .expect("it was not stopped")
 }

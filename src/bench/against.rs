@@ -1,5 +1,6 @@
 //! What became faster or slower since another run.
 
+use super::Plan;
 use super::report::{Report, VERSION};
 use super::series::Series;
 use crate::error::{Error, Result};
@@ -64,51 +65,86 @@ pub fn read(path: &Path) -> Result<Report> {
     serde_json::from_value(value).map_err(|error| wrong(format!("is damaged ({error}); {remedy}")))
 }
 
+/// Fewer measurements than these have no ranks that would be seldom by chance.
+const FEWEST: usize = 8;
+
 /// How much faster the machine itself was in the new run than in the old, by what it read from its first caches: 1 where
-/// nothing changed.
+/// nothing changed, and of another machine, whose speed is what is asked for.
 pub fn pace(old: &Report, new: &Report) -> f64 {
     match [old, new].map(|report| report.pace_gbytes.median()) {
-        [then, now] if then > 0.0 && now > 0.0 => now / then,
+        [then, now] if then > 0.0 && now > 0.0 && !old.machine.differs(&new.machine) => now / then,
         _ => 1.0,
     }
 }
 
-/// Compares what both runs measured. What the machine itself did, by its [`pace`], is added to the noise.
+/// Whether a run of this plan can be held against an earlier report.
 ///
 /// # Errors
-/// [`Error::Usage`] where they did not do the same work: other suites, other numbers of threads.
-pub fn compare(old: &Report, new: &Report, noise: f64) -> Result<Vec<Figure>> {
+/// [`Error::Usage`] where they do not do the same work (other suites, other numbers of threads, no scene in common), or too seldom.
+pub fn check(old: &Report, plan: &Plan) -> Result<()> {
     let differ = |what: &str, [old, new]: [String; 2]| {
         Err(Error::Usage(format!(
-            "the old report has {what} {old}, and this one {new}: only equal work can be compared"
+            "the old report has {what} {old:?}, and this run {new:?}: only equal work can be compared"
         )))
     };
-    if old.suite != new.suite {
-        return differ("the suite", [&old.suite, &new.suite].map(String::clone));
+    let suite = plan.suite.to_string();
+    if old.suite != suite {
+        return differ("the suite", [old.suite.clone(), suite]);
     }
-    if old.threads != new.threads {
+    let threads = plan.threads.last().copied().unwrap_or(1);
+    if old.threads != threads {
         return differ(
             "a number of threads of",
-            [old.threads, new.threads].map(|n| n.to_string()),
+            [old.threads, threads].map(|n| n.to_string()),
         );
     }
+    let has = |name: &str| plan.cases.iter().any(|case| case.name == name);
+    if !old.cases.iter().any(|case| has(&case.name)) {
+        return differ(
+            "other scenes",
+            ["alone", "has none of them"].map(str::to_owned),
+        );
+    }
+    let repeats = old.repeats.min(plan.repeats);
+    if repeats < FEWEST {
+        return Err(Error::Usage(format!(
+            "with {repeats} measurements of a thing nothing can be told from chance; --compare needs --repeat {FEWEST} or more \
+             in both runs"
+        )));
+    }
+    Ok(())
+}
+
+/// Compares what both runs measured. By as much as the machine itself was faster or slower, the program may have been, too.
+pub fn compare(old: &Report, new: &Report, noise: f64) -> Vec<Figure> {
     let pace = pace(old, new);
-    let noise = noise + pace.max(1.0 / pace) - 1.0;
+    let allowed = Allowed {
+        slower: (1.0 + noise) * (1.0 / pace).max(1.0),
+        faster: 1.0 / ((1.0 + noise) * pace.max(1.0)),
+    };
     let before = old.figures();
     let figures = new.figures().into_iter().filter_map(|(name, now)| {
         let (_, then) = before.iter().find(|(other, _)| *other == name)?;
-        Some(figure(name, then, now, noise))
+        Some(figure(name, then, now, &allowed))
     });
-    Ok(figures.collect())
+    figures.collect()
 }
 
-fn figure(name: String, then: &Series, now: &Series, noise: f64) -> Figure {
+/// Ratios of times, new over old, that are no change.
+struct Allowed {
+    /// The greatest.
+    slower: f64,
+    /// The least.
+    faster: f64,
+}
+
+fn figure(name: String, then: &Series, now: &Series, allowed: &Allowed) -> Figure {
     let seconds = [then.median(), now.median()];
     let ratio = seconds[1] / seconds[0];
     let p = then.same(now);
     let change = match p < ALPHA {
-        true if ratio > 1.0 + noise => Change::Slower,
-        true if ratio < 1.0 / (1.0 + noise) => Change::Faster,
+        true if ratio > allowed.slower => Change::Slower,
+        true if ratio < allowed.faster => Change::Faster,
         _ => Change::Same,
     };
     Figure {

@@ -72,7 +72,7 @@ pub fn measure(pool: &ThreadPool) -> Peaks {
     for (level, bytes) in [
         ("L1", FIRST_CACHE),
         ("L2", 192 << 10),
-        ("memory", (256 << 20) / threads.min(8)),
+        ("memory", ((256 << 20) / threads).max(8 << 20)),
     ] {
         let arrays = arrays(pool, bytes);
         let gbytes = (0..REPEATS).map(|_| read(pool, &arrays, 1 << 30) / 1e9);
@@ -88,7 +88,8 @@ pub fn measure(pool: &ThreadPool) -> Peaks {
 /// One for each thread.
 fn arrays(pool: &ThreadPool, bytes: usize) -> Vec<Vec<f32x8>> {
     let numbers = bytes / size_of::<f32x8>();
-    vec![vec![f32x8::ONE; numbers]; pool.current_num_threads()]
+    // Each by its thread, which is then near it.
+    pool.broadcast(|_| vec![f32x8::ONE; numbers])
 }
 
 /// Has all threads do something at once; seconds until the last was done.

@@ -2,7 +2,7 @@
 
 use super::machine::Machine;
 use super::peaks::Peaks;
-use super::scenes::{CASES, Case, PATH_LENGTH, Suite};
+use super::scenes::{Case, PATH_LENGTH, Suite};
 use super::series::Series;
 use crate::stats::Stats;
 use crate::wavefront::{Stage, StageTally};
@@ -151,6 +151,8 @@ pub struct Proof {
     pub same_bits: bool,
     /// Whether it is consistent with its reference.
     pub consistent: bool,
+    /// Whether it is clear enough for that to mean something.
+    pub is_telling: bool,
     /// What the comparison says.
     pub summary: String,
     /// The least uniform relative bias that would have been found.
@@ -220,6 +222,7 @@ impl CaseReport {
         let fault = match (proof.same_bits, proof.consistent, proof.rejected) {
             (false, _, _) => "its images differ from one run to the next".to_owned(),
             (_, false, _) => proof.summary.clone(),
+            _ if !proof.is_telling => format!("it is no proof: {}", proof.summary),
             (_, _, 0) => return None,
             (_, _, rejected) => format!("{rejected} samples are not finite"),
         };
@@ -227,7 +230,7 @@ impl CaseReport {
     }
 
     /// Takes in what its repeats took.
-    pub fn fill(&mut self, runs: &[Stats], waves: u64) {
+    pub fn fill(&mut self, runs: &[Stats]) {
         let Some(first) = runs.first() else { return };
         self.paths = first.paths();
         self.rays = first.rays();
@@ -251,7 +254,7 @@ impl CaseReport {
         };
         self.stages = Stage::ALL.iter().map(stage).collect();
         self.bounces = (0..first.tally.edges().len())
-            .map(|edge| bounce(edge, runs, waves))
+            .map(|edge| bounce(edge, runs))
             .collect();
     }
 
@@ -268,15 +271,18 @@ fn lane_use(sums: &StageTally) -> f64 {
     sums.items as f64 / sums.lanes.max(1) as f64
 }
 
-fn bounce(edge: usize, runs: &[Stats], waves: u64) -> Bounce {
+fn bounce(edge: usize, runs: &[Stats]) -> Bounce {
     let tally = &runs[0].tally.edges()[edge];
     let stages: Vec<BounceStage> = Stage::ALL
         .iter()
         .filter(|&&stage| tally.stages[stage as usize].items > 0)
         .map(|&stage| {
             let sums = &tally.stages[stage as usize];
-            let time = |run: &Stats| run.tally.edges()[edge].stages[stage as usize].time;
-            let times: Series = runs.iter().map(|run| time(run).as_secs_f64()).collect();
+            // Images that differ from run to run may have fewer edges: that is found elsewhere.
+            let edges = runs.iter().filter_map(|run| run.tally.edges().get(edge));
+            let times: Series = edges
+                .map(|tally| tally.stages[stage as usize].time.as_secs_f64())
+                .collect();
             BounceStage {
                 name: stage.name().to_owned(),
                 items: sums.items,
@@ -297,7 +303,7 @@ fn bounce(edge: usize, runs: &[Stats], waves: u64) -> Bounce {
         edge: edge as u32 + 1,
         rays: tally.alive,
         shadow_rays: tally.shadow_rays,
-        queue: tally.alive as f64 / waves.max(1) as f64,
+        queue: tally.alive as f64 / runs[0].tally.waves().max(1) as f64,
         mrays_per_s: (tally.alive + tally.shadow_rays) as f64 / seconds.max(1e-9) / 1e6,
         lane_use: items as f64 / lanes.max(1) as f64,
         stages,
@@ -308,7 +314,8 @@ impl Report {
     /// Gives the score, or says why there is none.
     pub(super) fn judge(&mut self, suite: Suite) {
         let mut withheld: Vec<String> = self.cases.iter().filter_map(CaseReport::fault).collect();
-        if self.cases.len() < suite.cases().count() {
+        let has = |case: &Case| self.cases.iter().any(|report| report.name == case.name);
+        if !suite.cases().all(has) {
             withheld.push("not all scenes of the suite were run".to_owned());
         }
         let logs = self.cases.iter().map(|case| libm::log(case.mpaths_per_s));
@@ -349,9 +356,4 @@ impl Report {
         }
         all
     }
-}
-
-/// The case of that name.
-pub fn case(name: &str) -> Option<&'static Case> {
-    CASES.iter().find(|case| case.name == name)
 }

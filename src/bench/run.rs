@@ -10,9 +10,7 @@ use crate::bvh::Quality;
 use crate::compare::Verdict;
 use crate::error::Result;
 use crate::film::Film;
-use crate::render::{
-    Control, DEFAULT_WAVE, Frame, Rendered, Settings, camera_of, render_frame_by, workers,
-};
+use crate::render::{Control, DEFAULT_WAVE, Frame, Settings, camera_of, render_frame_by, workers};
 use crate::scene::Scene;
 use crate::scene::description::{Description, SamplerKind, Strategy};
 use crate::stats::{Stats, peak_rss_bytes};
@@ -23,10 +21,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Processors that others may keep busy during a measurement.
-const MOST_OTHERS: f64 = 0.1;
 /// How often a measurement is taken again where they did; altogether, half as often as there are measurements.
 const AGAIN: usize = 3;
+/// A comparison that would miss a uniform bias of this size is no proof.
+const TELLING: f64 = 0.05;
 /// Scenes that are also measured on other numbers of threads and with other waves.
 const SCALED: [&str; 2] = ["box", "mesh-1e5"];
 
@@ -122,8 +120,11 @@ pub fn run(
             if !bench.step(course.case.name) {
                 return Ok(None);
             }
-            let (build, rendered) = bench.measure(|bench| course.measure(&pool, bench.trace))?;
-            course.take(round > 0, build, &rendered)?;
+            let (build, stats) = bench.measure(|bench| course.measure(&pool, bench.trace))?;
+            if round > 0 {
+                course.build.push(build);
+                course.runs.push(stats);
+            }
         }
     }
     let by_threads = bench.scale(plan.repeats, &mut courses, &threads, |settings, at| {
@@ -204,18 +205,19 @@ impl Course {
         })
     }
 
-    /// Compiles the scene, renders it, and says how many seconds the first took.
+    /// Compiles the scene and renders it: seconds of the first, and what the second took.
     fn measure(
         &mut self,
         pool: &ThreadPool,
         trace: &(impl Fn(&Context, &Wave, &mut Workspace) + Sync),
-    ) -> Result<(f64, Rendered)> {
+    ) -> Result<(f64, Stats)> {
         // Two of the largest would be too many.
         self.scene = None;
         let begin = Instant::now();
         self.scene = Some(self.compile(pool));
         let build = begin.elapsed().as_secs_f64();
-        Ok((build, self.render(&self.settings, pool, trace)?))
+        let settings = self.settings.clone();
+        Ok((build, self.render(&settings, pool, trace)?))
     }
 
     fn compile(&self, pool: &ThreadPool) -> Arc<Scene> {
@@ -223,12 +225,13 @@ impl Course {
         Arc::new(pool.install(compile))
     }
 
+    /// Renders the scene, and holds the image to its reference and to the images before; what it took.
     fn render(
-        &self,
+        &mut self,
         settings: &Settings,
         pool: &ThreadPool,
         trace: &(impl Fn(&Context, &Wave, &mut Workspace) + Sync),
-    ) -> Result<Rendered> {
+    ) -> Result<Stats> {
         let camera = camera_of(&self.description, settings)?;
         let scene = self.scene.clone().unwrap_or_else(|| self.compile(pool));
         let frame = Frame::new(settings, camera, scene, None)?;
@@ -236,21 +239,13 @@ impl Course {
             stop: &AtomicBool::new(false),
             progress: &|_| (),
         };
-        Ok(render_frame_by(trace, frame, pool, &control))
-    }
-
-    /// Keeps what was measured, and holds the image to its reference and to the images before.
-    fn take(&mut self, counts: bool, build: f64, rendered: &Rendered) -> Result<()> {
-        self.check_bits(&rendered.film)?;
-        if counts {
-            self.build.push(build);
-            self.runs.push(rendered.stats.clone());
-        }
-        Ok(())
+        let rendered = render_frame_by(trace, frame, pool, &control);
+        self.check(&rendered.film)?;
+        Ok(rendered.stats)
     }
 
     /// The first image is proved, the others are to have its bits.
-    fn check_bits(&mut self, film: &Film) -> Result<()> {
+    fn check(&mut self, film: &Film) -> Result<()> {
         let proof = &mut self.report.proof;
         let hash = film.image_hash();
         if !proof.image_hash.is_empty() {
@@ -259,6 +254,7 @@ impl Course {
         }
         let found = proof::prove(self.case, film)?;
         proof.consistent = found.verdict != Verdict::Biased;
+        proof.is_telling = found.detectable.is_some_and(|bias| bias < TELLING);
         proof.summary = found.summary;
         proof.detectable = found.detectable;
         proof.rejected = film.rejected();
@@ -268,9 +264,7 @@ impl Course {
 
     fn end(self) -> CaseReport {
         let mut report = self.report;
-        let pixels = u64::from(report.side).pow(2);
-        let waves = (pixels * u64::from(report.spp)).div_ceil(u64::from(DEFAULT_WAVE));
-        report.fill(&self.runs, waves);
+        report.fill(&self.runs);
         report.build_s = self.build;
         if let Some(meshes) = self.scene.as_ref().and_then(|scene| scene.meshes.as_ref()) {
             let [opaque, masked] = [&meshes.opaque, &meshes.masked].map(|layer| layer.tree.bytes());
@@ -295,22 +289,22 @@ impl<T: Fn(&Context, &Wave, &mut Workspace) + Sync> Bench<'_, T> {
 
     /// Measures, and again where others were busy meanwhile.
     fn measure<R>(&mut self, mut work: impl FnMut(&Self) -> Result<R>) -> Result<R> {
-        for _ in 0..AGAIN {
+        let mut again = AGAIN;
+        loop {
             self.clock.push(clock());
             self.paces.push(self.pace.now());
             let watch = Watch::start();
             let result = work(self)?;
-            if watch.others().is_none_or(|others| others <= MOST_OTHERS) {
+            if watch.is_quiet() {
                 return Ok(result);
             }
-            if 2 * self.disturbed >= self.steps {
+            if again == 0 || 2 * self.disturbed >= self.steps {
                 self.accepted += 1;
                 return Ok(result);
             }
+            again -= 1;
             self.disturbed += 1;
         }
-        self.accepted += 1;
-        work(self)
     }
 
     /// Some scenes by a number that changes their speed alone; none where it was stopped.
@@ -343,11 +337,10 @@ impl<T: Fn(&Context, &Wave, &mut Workspace) + Sync> Bench<'_, T> {
                     if !self.step(&format!("{} by {}", course.case.name, numbers[place])) {
                         return Ok(None);
                     }
-                    let rendered =
+                    let stats =
                         self.measure(|bench| course.render(settings, &pools[place], bench.trace))?;
-                    course.check_bits(&rendered.film)?;
                     if round > 0 {
-                        series[place].push(rendered.stats.render.as_secs_f64());
+                        series[place].push(stats.render.as_secs_f64());
                     }
                 }
             }

@@ -75,6 +75,7 @@ pub struct EdgeTally {
 pub struct Tally {
     /// By path edge; place 0 is what belongs to no edge: the first rays are made, the film adds.
     edges: Vec<EdgeTally>,
+    waves: u64,
     /// The edge under way.
     edge: usize,
     clock: Instant,
@@ -84,6 +85,7 @@ impl Default for Tally {
     fn default() -> Self {
         Self {
             edges: vec![EdgeTally::default()],
+            waves: 0,
             edge: 0,
             clock: Instant::now(),
         }
@@ -93,6 +95,7 @@ impl Default for Tally {
 impl Tally {
     /// A wave begins: what passed before belongs to no stage.
     pub fn start(&mut self) {
+        self.waves += 1;
         self.edge = 0;
         self.clock = Instant::now();
     }
@@ -132,6 +135,7 @@ impl Tally {
         if self.edges.len() < other.edges.len() {
             self.edges.resize(other.edges.len(), EdgeTally::default());
         }
+        self.waves += other.waves;
         for (mine, theirs) in self.edges.iter_mut().zip(&other.edges) {
             mine.alive += theirs.alive;
             mine.shadow_rays += theirs.shadow_rays;
@@ -141,14 +145,14 @@ impl Tally {
         }
     }
 
+    /// Waves that began.
+    pub fn waves(&self) -> u64 {
+        self.waves
+    }
+
     /// Each path edge, from the first.
     pub fn edges(&self) -> &[EdgeTally] {
         &self.edges[1..]
-    }
-
-    /// What belongs to no edge: the first rays are made, the film adds.
-    pub fn wave(&self) -> &EdgeTally {
-        &self.edges[0]
     }
 
     /// A stage of all edges together.

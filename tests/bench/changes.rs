@@ -1,10 +1,10 @@
 //! What is called faster and slower.
 
-use crate::right;
-use ondine::bench::against::{Change, Figure, NOISE, compare, read};
+use crate::{plan, right};
+use ondine::bench::against::{Change, Figure, NOISE, check, compare, read};
 use ondine::bench::report::Scaling;
 use ondine::bench::series::Series;
-use ondine::bench::{Report, report};
+use ondine::bench::{Plan, Report, report};
 
 /// A report whose times are made up: nine of each, within half a percent, times a factor.
 fn made_up(report: &Report, factor: f64) -> Report {
@@ -51,23 +51,57 @@ fn more_than_noise_is_a_change() {
         (1.05, Change::Slower),
         (0.95, Change::Faster),
     ] {
-        let figures = compare(&old, &made_up(measured, factor), NOISE).unwrap();
+        let figures = compare(&old, &made_up(measured, factor), NOISE);
         all_are(&figures, change);
         assert!((figures[0].ratio - factor).abs() < 1e-9);
     }
-    let figures = compare(&old, &made_up(measured, 1.02), 0.01).unwrap();
+    let figures = compare(&old, &made_up(measured, 1.02), 0.01);
     all_are(&figures, Change::Slower);
     // One measurement alone is no proof, however far off.
-    let figures = compare(measured, &made_up(measured, 3.0), NOISE).unwrap();
+    let figures = compare(measured, &made_up(measured, 3.0), NOISE);
     assert!(figures.iter().all(|figure| figure.change == Change::Same));
 
-    let other = |change: &dyn Fn(&mut Report)| {
-        let mut new = old.clone();
-        change(&mut new);
-        compare(&old, &new, NOISE).unwrap_err().to_string()
+    // The machine itself was a tenth slower: so much is not called a change, but more is.
+    let mut slow = made_up(measured, 1.1);
+    slow.pace_gbytes = old
+        .pace_gbytes
+        .samples()
+        .iter()
+        .map(|pace| pace / 1.1)
+        .collect();
+    all_are(&compare(&old, &slow, NOISE), Change::Same);
+    let mut slower = made_up(measured, 1.2);
+    slower.pace_gbytes = slow.pace_gbytes.clone();
+    all_are(&compare(&old, &slower, NOISE), Change::Slower);
+    // It was faster, and the program not.
+    let mut fast = made_up(measured, 1.05);
+    fast.pace_gbytes = old
+        .pace_gbytes
+        .samples()
+        .iter()
+        .map(|pace| pace * 1.1)
+        .collect();
+    all_are(&compare(&old, &fast, NOISE), Change::Slower);
+}
+
+#[test]
+fn only_equal_work_is_compared_and_often_enough() {
+    let mut old = right().clone();
+    old.repeats = 9;
+    let plan = Plan {
+        repeats: 9,
+        ..plan(false)
     };
-    assert!(other(&|new| new.suite = "full".to_owned()).contains("suite"));
-    assert!(other(&|new| new.threads = 64).contains("threads of 2"));
+    check(&old, &plan).unwrap();
+    let refusal = |change: &dyn Fn(&mut Report)| {
+        let mut old = old.clone();
+        change(&mut old);
+        check(&old, &plan).unwrap_err().to_string()
+    };
+    assert!(refusal(&|old| old.suite = "full".to_owned()).contains("suite full"));
+    assert!(refusal(&|old| old.threads = 64).contains("threads of 64"));
+    assert!(refusal(&|old| old.repeats = 7).contains("--repeat 8"));
+    assert!(refusal(&|old| old.cases.clear()).contains("other scenes"));
 }
 
 #[test]

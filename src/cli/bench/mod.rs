@@ -30,7 +30,7 @@ Examples:
 
 A score is printed only if every image is right: consistent with a stored reference by the
 statistics of `ondine compare`, and of the same bits in all repeats.
-Exit codes: 0 done, 1 a score is withheld or something became slower, 2 bad input, 130 interrupted.";
+Exit codes: 0 done, 1 an image is wrong or something became slower, 2 bad input, 130 interrupted.";
 
 /// Measure this machine and this build: rates of fixed scenes, with proof that their images are right
 #[derive(Args, Debug)]
@@ -45,7 +45,7 @@ pub(super) struct BenchArgs {
     /// Numbers of threads to measure scaling with; all else is measured on the greatest [default: 1, 2, 4 ... all]
     #[arg(long, value_name = "N,...", value_delimiter = ',', allow_negative_numbers = true, value_parser = threads)]
     threads: Vec<usize>,
-    /// Times that everything is measured, after once to warm up
+    /// Times that everything is measured, after once to warm up; --compare needs 8 at least
     #[arg(long, value_name = "N", default_value_t = 9, allow_negative_numbers = true, value_parser = repeats)]
     repeat: usize,
     /// Leave out other numbers of threads and other sizes of waves
@@ -57,7 +57,7 @@ pub(super) struct BenchArgs {
     /// Say what is faster and what is slower than in this report of an earlier run
     #[arg(long, value_name = "OLD.json")]
     compare: Option<PathBuf>,
-    /// Percent that two runs may differ though nothing changed: less is not called faster or slower
+    /// Percent that two runs may differ though nothing changed, beside what the machine itself was faster or slower
     #[arg(long, value_name = "PERCENT", default_value_t = 100.0 * NOISE, allow_negative_numbers = true, value_parser = noise)]
     noise: f64,
     /// Write a page with plots: stages, bounces, scaling, roofline
@@ -73,23 +73,28 @@ pub(super) struct BenchArgs {
 
 pub(super) fn run(args: &BenchArgs) -> Result<Outcome> {
     if let Some(folder) = &args.export {
-        return export(&args.cases(), folder);
+        return export(&args.cases()?, folder);
     }
     let json = args.json.as_deref().filter(|path| *path != Path::new("-"));
     let old = args.compare.as_deref().map(against::read).transpose()?;
-    for path in json.into_iter().chain(args.html.as_deref()) {
+    let written: Vec<&Path> = json.into_iter().chain(args.html.as_deref()).collect();
+    outputs::distinct(&written)?;
+    for path in &written {
         let old = args.compare.iter().map(PathBuf::as_path);
         outputs::writable(path, &old.collect::<Vec<_>>())?;
     }
     let plan = Plan {
         suite: args.suite,
-        cases: args.cases(),
+        cases: args.cases()?,
         scaling: !args.no_scaling,
         threads: numbers_of_threads(&args.threads),
         repeats: args.repeat,
         target_features: target_features(),
     };
     fits(&plan.cases)?;
+    if let Some(old) = &old {
+        against::check(old, &plan)?;
+    }
     let Some(report) = measure(&plan, args.quiet)? else {
         super::say("interrupted: nothing was written");
         return Ok(Outcome::Interrupted);
@@ -99,10 +104,10 @@ pub(super) fn run(args: &BenchArgs) -> Result<Outcome> {
             .map_err(|error| Error::Usage(format!("no JSON can be made: {error}")))?;
         write_whole(path, |file| writeln!(file, "{text}"))?;
     }
+    let noise = args.noise / 100.0;
     let figures = old
         .as_ref()
-        .map(|old| against::compare(old, &report, args.noise / 100.0));
-    let figures = figures.transpose()?;
+        .map(|old| against::compare(old, &report, noise));
     if let Some(path) = &args.html {
         html::write(path, &report, figures.as_deref())?;
     }
@@ -200,12 +205,20 @@ fn export(cases: &[&Case], folder: &Path) -> Result<Outcome> {
 
 impl BenchArgs {
     /// The scenes that are asked for, in the order of reports.
-    fn cases(&self) -> Vec<&'static Case> {
-        let asked = |case: &&Case| match self.scenes.as_slice() {
-            [] => self.suite.has(case),
-            names => names.iter().any(|named| named.name == case.name),
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for one that the suite does not have.
+    fn cases(&self) -> Result<Vec<&'static Case>> {
+        if let Some(other) = self.scenes.iter().find(|case| !self.suite.has(case)) {
+            return Err(Error::Usage(format!(
+                "the scene {} is not in the suite {}; add --suite full",
+                other.name, self.suite
+            )));
+        }
+        let asked = |case: &&Case| {
+            self.scenes.is_empty() || self.scenes.iter().any(|named| named.name == case.name)
         };
-        CASES.iter().filter(asked).collect()
+        Ok(self.suite.cases().filter(asked).collect())
     }
 }
 

@@ -77,8 +77,8 @@ impl Roofline {
             return roofline;
         };
         roofline.note = format!(
-            "Operations are single-precision additions, multiplications, quotients and roots, a fused multiply-add as two, \
-             counted of a build by {} on the box; minima, comparisons and bit operations are none. Bytes are all that \
+            "Operations are single-precision additions, multiplications, quotients, roots, minima and maxima, a fused \
+             multiply-add as two, counted of a build by {} on the box; comparisons and bit operations are none. Bytes are all that \
              instructions load and store, most of it from the first cache. Random numbers and the sorting of rays into \
              queues are bit operations, so a stage can be at its limit far below the roof.",
             counts.rustc
@@ -206,7 +206,8 @@ fn kernels(stage: &str, case: &CaseReport) -> Vec<(&'static str, f64)> {
         }
     };
     let shadow_rays = on(&|_| true, &|bounce| bounce.shadow_rays);
-    let accumulated = on(&|_| true, &items(Stage::Accumulate));
+    // What is accumulated on an edge: what rays met there, and its shadow rays.
+    let met = |bounce: &Bounce| items(Stage::Accumulate)(bounce).saturating_sub(bounce.shadow_rays);
     match stage {
         "generate" => vec![("stages/generate/sobol", paths)],
         "intersect" => vec![
@@ -233,7 +234,11 @@ fn kernels(stage: &str, case: &CaseReport) -> Vec<(&'static str, f64)> {
             ("stages/accumulate/shadow-rays", shadow_rays),
             (
                 "stages/accumulate/encounters",
-                (accumulated - shadow_rays).max(0.0),
+                on(&|edge| edge < last, &met),
+            ),
+            (
+                "stages/accumulate/last-edge",
+                on(&|edge| edge == last, &met),
             ),
             ("stages/accumulate/film", paths),
         ],

@@ -36,7 +36,7 @@ fn machine(report: &Report) -> String {
         "{program}, suite {suite} (version {version}), {threads}, medians of {repeats}\n\
          {cpu}, {processors} processors at {clock:.2} GHz{caches}{memory}; {system}\n\
          Compiled for {features} by {compiler}, {flags}\n\
-         Peaks: {gflops:.0} GFLOP/s; reads {reads} GB/s\n\n",
+         Peaks: {gflops:.0} GFLOP/s; reads {reads} GB/s; before each measurement L1 {pace:.0}, spread {spread:.1} %\n\n",
         program = machine.program,
         suite = report.suite,
         version = report.version,
@@ -49,12 +49,14 @@ fn machine(report: &Report) -> String {
         flags = machine.flags,
         gflops = report.peaks.gflops.median(),
         reads = reads.join(", "),
+        pace = report.pace_gbytes.median(),
+        spread = 100.0 * report.pace_gbytes.spread(),
     )
 }
 
 fn scenes(report: &Report) -> String {
     let mut text = format!(
-        "{:10} {:>9} {:>8} {:>7} {:>8} {:>8} {:>6} {:>7} {:>7}  image\n",
+        "{:10} {:>9} {:>8} {:>7} {:>8} {:>9} {:>6} {:>7} {:>7}  image\n",
         "scene",
         "Mpaths/s",
         "spread",
@@ -77,7 +79,7 @@ fn scenes(report: &Report) -> String {
         };
         let _ = writeln!(
             text,
-            "{:10} {:>9.2} {:>6.1} % {:>7.1} {build:>8} {triangles:>8} {bytes:>6} {:>7.0} {:>5.1} %  {}",
+            "{:10} {:>9.2} {:>6.1} % {:>7.1} {build:>8} {triangles:>9} {bytes:>6} {:>7.0} {:>5.1} %  {}",
             case.name,
             case.mpaths_per_s,
             100.0 * case.render_s.spread(),
@@ -182,7 +184,7 @@ pub(super) fn against(old: &Report, new: &Report, figures: &[Figure], noise: f64
     if old.machine.differs(&new.machine) {
         let _ = writeln!(
             text,
-            "  another machine: {}, {} processors",
+            "  another machine: {:?}, {} processors",
             old.machine.cpu, old.machine.processors
         );
     }
@@ -196,15 +198,18 @@ pub(super) fn against(old: &Report, new: &Report, figures: &[Figure], noise: f64
         ("flags", &old.machine.flags, &new.machine.flags),
     ] {
         if old != new {
-            let _ = writeln!(text, "  another {what}: {old}");
+            let _ = writeln!(text, "  another {what}: {old:?}");
         }
+    }
+    if old.is_wrong() {
+        text += "  an image of the old run was wrong: its times may be those of other work\n";
     }
     let pace = against::pace(old, new);
     if (pace - 1.0).abs() > 0.01 {
         let percent = 100.0 * (pace - 1.0);
         let _ = writeln!(
             text,
-            "  the machine itself was {:.0} % {}: others share its cores, or its clock changed; that much more counts as noise",
+            "  the machine itself was {:.0} % {}: others share its cores, or its clock changed; so much is not called a change",
             percent.abs(),
             if percent > 0.0 { "faster" } else { "slower" },
         );
