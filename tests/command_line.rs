@@ -6,6 +6,7 @@ mod small_disk;
 
 mod command_line {
     mod batch;
+    mod bench;
     mod comparison;
     mod comparison_page;
     mod dump;

@@ -84,7 +84,8 @@ pub fn pace(old: &Report, new: &Report) -> f64 {
 pub fn check(old: &Report, plan: &Plan) -> Result<()> {
     let differ = |what: &str, [old, new]: [String; 2]| {
         Err(Error::Usage(format!(
-            "the old report has {what} {old:?}, and this run {new:?}: only equal work can be compared"
+            "the old report has {what} {}, and this run {new}: only equal work can be compared",
+            old.escape_debug()
         )))
     };
     let suite = plan.suite.to_string();
