@@ -60,6 +60,11 @@ impl Series {
         self.quantile(0.5)
     }
 
+    /// The greatest: of what a machine can do, the best that was seen; 0 without any.
+    pub fn greatest(&self) -> f64 {
+        self.0.iter().copied().fold(0.0, f64::max)
+    }
+
     /// From the first quartile to the third, relative to the median; 0 without any.
     pub fn spread(&self) -> f64 {
         match self.median() {
@@ -115,6 +120,7 @@ mod tests {
     fn median_and_quartiles() {
         assert_eq!(series(&[]).median(), 0.0);
         assert_eq!(series(&[3.0]).median(), 3.0);
+        assert_eq!(series(&[4.0, 7.0, 3.0]).greatest(), 7.0);
         assert_eq!(series(&[4.0, 1.0, 3.0, 2.0]).median(), 2.5);
         assert_eq!(series(&[5.0, 1.0, 4.0, 2.0, 3.0]).spread(), 2.0 / 3.0);
     }

@@ -93,11 +93,11 @@ fn key_figures(report: &Report) -> String {
     )];
     all.push((
         "Peak",
-        format!("{:.0} GFLOP/s", report.peaks.gflops.median()),
+        format!("{:.0} GFLOP/s", report.peaks.gflops.greatest()),
     ));
     for read in &report.peaks.read {
         if read.level == "memory" {
-            all.push(("Memory", format!("{:.1} GB/s", read.gbytes.median())));
+            all.push(("Memory", format!("{:.1} GB/s", read.gbytes.greatest())));
         }
     }
     if let Some(case) = report.cases.iter().find(|case| case.name == "box") {
@@ -309,7 +309,7 @@ fn machine(report: &Report) -> String {
     });
     let reads = report.peaks.read.iter();
     let reads: Vec<String> = reads
-        .map(|read| format!("{} {:.1} GB/s", read.level, read.gbytes.median()))
+        .map(|read| format!("{} {:.1} GB/s", read.level, read.gbytes.greatest()))
         .collect();
     let rows = [
         ("Processor", machine.cpu.clone()),
@@ -338,7 +338,7 @@ fn machine(report: &Report) -> String {
             "Peak",
             format!(
                 "{:.0} GFLOP/s; reads: {}",
-                report.peaks.gflops.median(),
+                report.peaks.gflops.greatest(),
                 reads.join(", ")
             ),
         ),

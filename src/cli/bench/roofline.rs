@@ -63,9 +63,9 @@ impl Roofline {
     pub fn of(report: &Report) -> Self {
         let reads = report.peaks.read.iter();
         let mut roofline = Self {
-            peak: report.peaks.gflops.median(),
+            peak: report.peaks.gflops.greatest(),
             slopes: reads
-                .map(|read| (read.level.clone(), read.gbytes.median()))
+                .map(|read| (read.level.clone(), read.gbytes.greatest()))
                 .collect(),
             places: Vec::new(),
             note: String::new(),

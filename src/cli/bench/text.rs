@@ -30,7 +30,7 @@ fn machine(report: &Report) -> String {
     let threads = super::super::report::counted(report.threads, "thread");
     let reads = report.peaks.read.iter();
     let reads: Vec<String> = reads
-        .map(|read| format!("{} {:.0}", read.level, read.gbytes.median()))
+        .map(|read| format!("{} {:.0}", read.level, read.gbytes.greatest()))
         .collect();
     format!(
         "{program}, suite {suite} (version {version}), {threads}, medians of {repeats}\n\
@@ -47,7 +47,7 @@ fn machine(report: &Report) -> String {
         features = machine.target_features,
         compiler = machine.compiler,
         flags = machine.flags,
-        gflops = report.peaks.gflops.median(),
+        gflops = report.peaks.gflops.greatest(),
         reads = reads.join(", "),
         pace = report.pace_gbytes.median(),
         spread = 100.0 * report.pace_gbytes.spread(),
