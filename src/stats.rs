@@ -63,7 +63,7 @@ impl Stats {
                 let report = StageReport {
                     seconds: sums.time.as_secs_f64(),
                     items: sums.items,
-                    lane_use: sums.items as f64 / sums.lanes.max(1) as f64,
+                    lane_use: sums.lane_use(),
                 };
                 (stage.name(), report)
             })

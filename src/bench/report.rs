@@ -5,7 +5,7 @@ use super::peaks::Peaks;
 use super::scenes::{Case, PATH_LENGTH, Suite};
 use super::series::Series;
 use crate::stats::Stats;
-use crate::wavefront::{Stage, StageTally};
+use crate::wavefront::Stage;
 use serde::{Deserialize, Serialize};
 
 /// Changes whenever a scene, a setting or the way of measuring does: reports of other versions are not compared.
@@ -247,7 +247,7 @@ impl CaseReport {
             StageSeries {
                 name: stage.name().to_owned(),
                 items: sums.items,
-                lane_use: lane_use(&sums),
+                lane_use: sums.lane_use(),
                 mitems_per_s: sums.items as f64 / thread_s.median().max(1e-9) / 1e6,
                 thread_s,
             }
@@ -257,18 +257,6 @@ impl CaseReport {
             .map(|edge| bounce(edge, runs))
             .collect();
     }
-
-    /// 10⁶ camera paths per second of each repeat.
-    pub fn rates(&self) -> Series {
-        let seconds = self.render_s.samples().iter();
-        seconds
-            .map(|seconds| self.paths as f64 / seconds / 1e6)
-            .collect()
-    }
-}
-
-fn lane_use(sums: &StageTally) -> f64 {
-    sums.items as f64 / sums.lanes.max(1) as f64
 }
 
 fn bounce(edge: usize, runs: &[Stats]) -> Bounce {
@@ -286,7 +274,7 @@ fn bounce(edge: usize, runs: &[Stats]) -> Bounce {
             BounceStage {
                 name: stage.name().to_owned(),
                 items: sums.items,
-                lane_use: lane_use(sums),
+                lane_use: sums.lane_use(),
                 thread_s: times.median(),
             }
         })

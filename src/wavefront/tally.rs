@@ -52,6 +52,11 @@ pub struct StageTally {
 }
 
 impl StageTally {
+    /// Mean part of the lanes that were live, 0 to 1.
+    pub fn lane_use(&self) -> f64 {
+        self.items as f64 / self.lanes.max(1) as f64
+    }
+
     fn add(&mut self, other: &Self) {
         self.time += other.time;
         self.items += other.items;
